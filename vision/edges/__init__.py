@@ -1,0 +1,1 @@
+"""Where edges are, to a fraction of a pixel."""

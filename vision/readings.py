@@ -1,0 +1,134 @@
+"""What one look at the mill gave: values with their uncertainties and the reasons for doubt.
+
+A value that does not exist is NaN, never zero and never the last good one; `REASONS` is the one table of
+reason flags, and every NaN is explained by at least one flag that forbids a value.
+"""
+
+import enum
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+
+class Reason(enum.IntFlag):
+    """Reason flags of a reading; the bit values stand in the PLC's `reason_word` and never change meaning.
+
+    The low 16 bits forbid a value, the high 16 bits only lower the trust in it.
+    """
+
+    NONE = 0
+    NO_BAR = 1 << 0
+    ONE_CAMERA = 1 << 1
+    SEVERAL_BARS = 1 << 2
+    EDGE_NOT_FOUND = 1 << 3
+    FIT_FAILED = 1 << 4
+    VIEWS_DISAGREE = 1 << 5
+    IMPLAUSIBLE = 1 << 6
+    NO_PAIR = 1 << 7
+    STALE = 1 << 8
+    STARTING = 1 << 9
+    EDGES_CLIPPED = 1 << 10
+    SOME_EDGES_CLIPPED = 1 << 17
+    LOW_CONTRAST = 1 << 18
+    FEW_WINDOWS = 1 << 19
+
+    @property
+    def names(self) -> list[str]:
+        """Lower-case names of the flags that are set, lowest bit first."""
+        return [row.name for row in REASONS if row.flag in self]
+
+    @property
+    def forbids_value(self) -> bool:
+        """Whether any flag that is set means that there is no value."""
+        return any(row.forbids_value for row in REASONS if row.flag in self)
+
+
+class ReasonRow(NamedTuple):
+    """One row of the table of reason flags."""
+
+    flag: Reason
+    forbids_value: bool
+    text: str
+
+    @property
+    def name(self) -> str:
+        """Name as it stands in JSON, CSV and documents."""
+        return str(self.flag.name).lower()
+
+
+REASONS: tuple[ReasonRow, ...] = (
+    ReasonRow(Reason.NO_BAR, True, "no hot bar crosses the measuring region in either view"),
+    ReasonRow(Reason.ONE_CAMERA, True, "only one view shows a bar across the measuring region"),
+    ReasonRow(Reason.SEVERAL_BARS, True, "more than one bar crosses the measuring region of a view"),
+    ReasonRow(Reason.EDGE_NOT_FOUND, True, "too few sub-pixel edge points on a limb of the bar"),
+    ReasonRow(Reason.FIT_FAILED, True, "no cylinder fits the edge rays"),
+    ReasonRow(Reason.VIEWS_DISAGREE, True, "the two views do not see the same cylinder within their noise"),
+    ReasonRow(Reason.IMPLAUSIBLE, True, "the cylinder is not where a bar on the rollers can be"),
+    ReasonRow(Reason.NO_PAIR, True, "no image pair from the cameras"),
+    ReasonRow(Reason.STALE, True, "the newest image pair is too old"),
+    ReasonRow(Reason.STARTING, True, "the measuring process is not ready yet"),
+    ReasonRow(Reason.EDGES_CLIPPED, True, "every colour channel is overexposed along a limb of the bar"),
+    ReasonRow(Reason.SOME_EDGES_CLIPPED, False, "part of a limb is overexposed; the uncertainty is widened"),
+    ReasonRow(Reason.LOW_CONTRAST, False, "an edge of the bar stands out weakly from its background"),
+    ReasonRow(Reason.FEW_WINDOWS, False, "fewer than half of the windows agree with the cylinder"),
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SizeReading:
+    """Diameter of the bar in one image pair, hot, in mm; NaN where there is no value.
+
+    Attributes
+    ----------
+    diameter_mm : float
+        Diameter of the circle whose tangent planes fit; NaN with any reason that forbids a value.
+    expanded_uncertainty_mm : float
+        U = 2 u of the diameter, u the root sum of squares of the six `u_..._mm` parts.
+    diameter_virtual_board_mm : float
+        Diameter by the dissertation's route (route V).
+    weighted_deviation_mm : float
+        Median over the kept windows of the weighted deviation Sigma, eq. 3.18.
+    trust : float
+        0 to 100; 0 without a value.
+    reasons : Reason
+        Flags; see `REASONS`.
+    windows_kept, windows_total : int
+        Windows along the bar that agree with the result, and all of them.
+    alignment_quality : float
+        Q_R, eq. 4.1, percent, signed.
+    plane_height_mm : float
+        Height of the virtual board.
+    axis_height_mm : float
+        Height of the bar's axis over the conveyor plane z = 0, at y = 0.
+    offset_mm : float
+        Position of the axis across the line (x), at y = 0.
+    u_edge_mm, u_calibration_mm, u_board_mm, u_light_mm, u_shape_mm, u_model_mm : float
+        Parts of the standard uncertainty (k = 1) of the diameter.
+    method : str
+        Route that gave `diameter_mm`.
+    """
+
+    diameter_mm: float = math.nan
+    expanded_uncertainty_mm: float = math.nan
+    diameter_virtual_board_mm: float = math.nan
+    weighted_deviation_mm: float = math.nan
+    trust: float = 0.0
+    reasons: Reason = Reason.NONE
+    windows_kept: int = 0
+    windows_total: int = 0
+    alignment_quality: float = math.nan
+    plane_height_mm: float = math.nan
+    axis_height_mm: float = math.nan
+    u_edge_mm: float = math.nan
+    u_calibration_mm: float = math.nan
+    u_board_mm: float = math.nan
+    u_light_mm: float = math.nan
+    u_shape_mm: float = math.nan
+    u_model_mm: float = math.nan
+    offset_mm: float = math.nan
+    method: str = "tangent"
+
+    @property
+    def valid(self) -> bool:
+        """Whether the diameter may be used."""
+        return math.isfinite(self.diameter_mm) and not self.reasons.forbids_value

@@ -1,0 +1,1 @@
+"""The diameter of a bar from a pair of images."""
