@@ -1,0 +1,1 @@
+"""Words and tables of the Modbus interface; nothing here knows of images."""

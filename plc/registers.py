@@ -1,0 +1,380 @@
+"""The register map: one typed table from which server, client, documents and tests are derived.
+
+Every measurement stands in one block of words, at the same addresses in input and in holding registers. Set
+points and command coils belong to the PLC and are never part of a published image. The map only grows: an
+address or a bit never changes its meaning, and new values take the place of spare words.
+"""
+
+import math
+import struct
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from operator import itemgetter
+from typing import Literal
+
+from plc.rows import STRUCT_CODES, Register, Table, Type, Value, check, select, span
+
+__all__ = [
+    "ALARMS",
+    "COMMANDS",
+    "DISCRETES",
+    "MAP_VERSION",
+    "MEASUREMENTS",
+    "REGISTERS",
+    "SET_POINTS",
+    "VALUE_NAMES",
+    "ProcessImage",
+    "Register",
+    "Value",
+    "WordOrder",
+    "check",
+    "decode",
+    "decode_discretes",
+    "decode_set_points",
+    "encode",
+]
+
+WordOrder = Literal["big", "little"]
+
+MAP_VERSION = 1
+
+_BLOCK: tuple[Table, ...] = ("input", "holding")
+_NO_VALUE: dict[Type, float | int] = {
+    "u16": 0xFFFF,
+    "i16": -0x8000,
+    "u32": 0xFFFFFFFF,
+    "u64": 0xFFFFFFFFFFFFFFFF,
+    "f32": math.nan,
+}
+
+
+def _state(address: int, name: str, text: str, type_: Type = "u16", *, shows: str = "") -> Register:
+    return Register(name=name, tables=_BLOCK, address=address, type=type_, text=text, shows=shows)
+
+
+def _constant(address: int, name: str, type_: Type, constant: float, text: str) -> Register:
+    return Register(name=name, tables=_BLOCK, address=address, type=type_, constant=constant, text=text)
+
+
+def _spare(address: int) -> Register:
+    return _constant(address, f"spare_{address}", "u16", 0, "reserved for growth of the map, reads 0")
+
+
+def _measured(address: int, name: str, unit: str, text: str, type_: Type = "f32") -> Register:
+    return Register(
+        name=name,
+        tables=_BLOCK,
+        address=address,
+        type=type_,
+        unit=unit,
+        invalid=_NO_VALUE[type_],
+        text=text,
+    )
+
+
+def _integer(address: int, shows: str, unit: str, type_: Type = "u16") -> Register:
+    return Register(
+        name=f"{shows}_{type_}",
+        tables=_BLOCK,
+        address=address,
+        type=type_,
+        unit=unit,
+        scale=0.01,
+        invalid=_NO_VALUE[type_],
+        shows=shows,
+        text=f"{shows} as an integer",
+    )
+
+
+def _alarm(bit: int, name: str, text: str) -> Register:
+    return Register(name=name, tables=("coil", "discrete"), address=bit, type="bool", shows="alarm_word", text=text)
+
+
+def _status(address: int, name: str, text: str) -> Register:
+    return Register(name=name, tables=("discrete",), address=address, type="bool", text=text)
+
+
+def _command(address: int, name: str, text: str) -> Register:
+    return Register(name=name, tables=("coil",), address=address, type="bool", access="rw", text=text)
+
+
+def _set_point(
+    address: int, name: str, unit: str, bounds: tuple[float, float] | None, text: str, *, type_: Type = "u16"
+) -> Register:
+    lower, upper = bounds or (None, None)
+    return Register(
+        name=name,
+        tables=("holding",),
+        address=address,
+        type=type_,
+        unit=unit,
+        scale=0.01 if unit == "mm" else 1,
+        lower=lower,
+        upper=upper,
+        access="rw",
+        text=text,
+    )
+
+
+REGISTERS: tuple[Register, ...] = (
+    _state(0, "sequence", "+1 with each new reading or change of validity; first word of the block"),
+    _constant(1, "map_version", "u16", MAP_VERSION, "version of this map"),
+    _state(2, "heartbeat", "+1 every 100 ms; if it stands still the gauge is dead and all values are old"),
+    _state(
+        3,
+        "device_state",
+        "NE 107: 0 good, 1 maintenance required, 2 out of specification, 3 function check, 4 failure",
+    ),
+    _state(
+        4,
+        "status_word",
+        "bit 0 measurement_valid, 1 bar_present, 2 ingot_present, 3 running, 4 simulated",
+    ),
+    _state(5, "validity", "of the bar's values: 0 none, 1 valid, 2 valid with reasons (reason_word)"),
+    _state(6, "reason_word", "reason flags of the newest reading, one bit each", "u32"),
+    _state(8, "alarm_word", "bit n is alarm coil n"),
+    _measured(9, "measurement_age", "ms", "age of the exposure when the block was written", "u16"),
+    _state(10, "frames_dropped", "image pairs discarded since the start because a newer one was ready", "u32"),
+    _measured(12, "timestamp", "ms", "moment of exposure, since 1970-01-01 00:00 UTC", "u64"),
+    _measured(16, "diameter", "mm", "diameter of the bar, hot"),
+    _measured(18, "expanded_uncertainty", "mm", "expanded uncertainty (k = 2) of diameter"),
+    _measured(20, "diameter_cold", "mm", "diameter at 20 °C; needs steel_temperature and expansion_grade"),
+    _measured(22, "expanded_uncertainty_cold", "mm", "expanded uncertainty (k = 2) of diameter_cold"),
+    _measured(24, "diameter_virtual_board", "mm", "diameter by the second route (virtual board), hot"),
+    _measured(26, "weighted_deviation", "mm", "weighted deviation Sigma of the frame; small is good"),
+    _measured(28, "trust", "%", "how far diameter can be trusted, 0 to 100"),
+    _measured(30, "deviation", "mm", "diameter minus target_diameter, cold if a grade is set, else hot"),
+    _measured(32, "correction", "mm", "advised change of the stand's gap; positive opens"),
+    _measured(34, "alignment_quality", "%", "alignment of the two views, signed; 0 is perfect"),
+    _measured(36, "plane_height", "mm", "height of the virtual board over the conveyor plane"),
+    _measured(38, "bar_min", "mm", "smallest diameter of the bar so far"),
+    _measured(40, "bar_mean", "mm", "mean diameter of the bar so far"),
+    _measured(42, "bar_max", "mm", "largest diameter of the bar so far"),
+    _measured(44, "ssim_top", "", "similarity of the ingot's end to the top reference, -1 to 1"),
+    _measured(46, "ssim_bottom", "", "similarity of the ingot's end to the bottom reference, -1 to 1"),
+    _measured(48, "ingot_confidence", "%", "confidence of ingot_orientation, 0 to 100"),
+    _measured(50, "ingot_age", "ms", "age of the ingot station's newest exposure", "u32"),
+    _measured(52, "cycle_time", "ms", "time from one reading to the next"),
+    _state(54, "decision", "against the tolerance: 0 none, 1 in, 2 out, 3 undecided"),
+    _measured(55, "windows_kept", "", "windows along the bar that agree with diameter", "u16"),
+    _measured(56, "windows_total", "", "windows along the bar", "u16"),
+    _state(57, "bar_sequence", "+1 with each new bar"),
+    _state(58, "ingot_orientation", "end facing the line: 0 none, 1 top, 2 bottom, 3 undecided"),
+    _state(59, "ingot_sequence", "+1 with each new ingot"),
+    _state(60, "ingot_validity", "of the ingot's values: 0 none, 1 valid, 2 valid with reasons"),
+    _spare(61),
+    _constant(62, "test_float", "f32", 123.456, "always 123.456: read wrongly, the word order is wrong"),
+    _constant(64, "test_u32", "u32", 0x12345678, "always 305419896 (16#12345678), for finding the word order"),
+    _integer(66, "diameter", "mm"),
+    _integer(67, "expanded_uncertainty", "mm"),
+    _integer(68, "diameter_cold", "mm"),
+    _integer(69, "expanded_uncertainty_cold", "mm"),
+    _integer(70, "diameter_virtual_board", "mm"),
+    _integer(71, "weighted_deviation", "mm"),
+    _integer(72, "trust", "%"),
+    _integer(73, "deviation", "mm", "i16"),
+    _integer(74, "correction", "mm", "i16"),
+    _integer(75, "bar_min", "mm"),
+    _integer(76, "bar_mean", "mm"),
+    _integer(77, "bar_max", "mm"),
+    _integer(78, "ingot_confidence", "%"),
+    *(_spare(address) for address in range(79, 119)),
+    _state(119, "sequence_check", "sequence again; last word of the block", shows="sequence"),
+    _set_point(200, "target_diameter", "mm", (10, 655.34), "wanted diameter; cold if a grade is set, else hot"),
+    _set_point(201, "tolerance_plus", "mm", (0.01, 50), "allowed above the target"),
+    _set_point(202, "tolerance_minus", "mm", (0.01, 50), "allowed below the target, as a positive number"),
+    _set_point(203, "steel_temperature", "°C", (100, 1400), "mean temperature of the section", type_="i16"),
+    _set_point(204, "product_id", "", None, "the mill's number of the product, its words writable alone", type_="u32"),
+    _set_point(206, "expansion_grade", "", (1, 99), "steel grade, a row of the expansion table"),
+    _set_point(207, "plc_heartbeat", "", None, "any number that keeps changing while the PLC runs"),
+    _alarm(0, "alarm_wrong_orientation", "an ingot lies with its top towards the line"),
+    _alarm(1, "alarm_out_of_tolerance", "the bar is out of tolerance"),
+    _alarm(2, "alarm_low_trust", "the diameter cannot be trusted"),
+    _alarm(3, "alarm_camera", "a camera is lost"),
+    _alarm(4, "alarm_stale", "the newest reading is too old"),
+    _alarm(5, "alarm_calibration", "the calibration is missing or due"),
+    _alarm(6, "alarm_plc_silent", "plc_heartbeat stands still"),
+    _alarm(7, "alarm_internal", "the gauge itself has failed"),
+    *(_alarm(bit, f"alarm_spare_{bit}", "reserved for growth of the map, reads 0") for bit in range(8, 16)),
+    _status(16, "measurement_valid", "validity is not 0"),
+    _status(17, "bar_present", "a hot bar is in the measuring region"),
+    _status(18, "ingot_present", "an ingot's end is in sight"),
+    _status(19, "running", "the gauge is measuring"),
+    _status(20, "simulated", "pictures come from the simulated mill or a recording"),
+    _command(32, "acknowledge", "0 -> 1 acknowledges all alarms"),
+    _command(33, "hold", "1 holds the gauge: function check, validity off, alarms suppressed"),
+)
+
+
+class _Layout:
+    """Contiguous rows, packed and unpacked in one go."""
+
+    def __init__(self, rows: Sequence[Register]) -> None:
+        self.rows = [row for row in rows if not row.spare]
+        self.span = span(rows)
+        self._numbers = struct.Struct(">" + "".join("2x" if r.spare else STRUCT_CODES[r.type] for r in rows))
+        self._words = struct.Struct(f">{len(self.span)}H")
+        swapped = (word for row in rows for word in reversed(range(row.address, row.end)))
+        self._swap = itemgetter(*(word - self.span.start for word in swapped))
+
+    def pack(self, numbers: Iterable[float], word_order: WordOrder) -> bytes:
+        return self._in_order(self._numbers.pack(*numbers), word_order)
+
+    def unpack(self, words: bytes, word_order: WordOrder) -> dict[str, float | int]:
+        numbers = self._numbers.unpack(self._in_order(words, word_order))
+        return {row.name: number for row, number in zip(self.rows, numbers, strict=True)}
+
+    def _in_order(self, words: bytes, word_order: WordOrder) -> bytes:
+        if word_order == "big":
+            return words
+        if word_order == "little":
+            return self._words.pack(*self._swap(self._words.unpack(words)))
+        raise ValueError(f'word_order: {word_order!r} is neither "big" nor "little"')
+
+
+_BLOCK_LAYOUT = _Layout(select(REGISTERS, "input", "r"))
+_SET_POINT_LAYOUT = _Layout(select(REGISTERS, "holding", "rw"))
+_DISCRETE_ROWS = select(REGISTERS, "discrete", "r")
+
+MEASUREMENTS = _BLOCK_LAYOUT.span
+SET_POINTS = _SET_POINT_LAYOUT.span
+ALARMS = span(select(REGISTERS, "coil", "r"))
+COMMANDS = span(select(REGISTERS, "coil", "rw"))
+DISCRETES = span(_DISCRETE_ROWS)
+
+_SOURCES = [(row, row.shows or row.name) for row in _BLOCK_LAYOUT.rows]
+_CONSTANTS = {row.name: row.constant for row in _BLOCK_LAYOUT.rows if row.constant is not None}
+_STATUS_NAMES = [row.name for row in _DISCRETE_ROWS if row.tables == ("discrete",)]
+VALUE_NAMES = frozenset({source for _, source in _SOURCES} - {*_CONSTANTS, "status_word"} | {*_STATUS_NAMES})
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessImage:
+    """All that the gauge says at one moment; it is published whole, by one swap of a reference.
+
+    Attributes
+    ----------
+    words : bytes
+        The measurement block, two bytes a word, most significant byte first.
+    coils, discretes : int
+        Alarm coils and discrete inputs; bit n is address n.
+    word_order : {"big", "little"}
+        Order of the words in values of more than one word, in the block and in set points.
+    """
+
+    words: bytes
+    coils: int
+    discretes: int
+    word_order: WordOrder
+
+
+def encode(values: Mapping[str, Value], *, word_order: WordOrder = "big") -> ProcessImage:
+    """Make the process image of one moment.
+
+    What repeats another value (`sequence_check`, `status_word`, alarm bits, scaled integers) and constants
+    are filled in here. A value that is missing, None, NaN or too large for its row becomes the row's "no
+    value", or 0 in rows that have none; counters wrap. Scaled values are rounded half to even.
+
+    Parameters
+    ----------
+    values : mapping of str to float, int, bool or None
+        By name, in the unit of the map; the names allowed are `VALUE_NAMES`.
+    word_order : {"big", "little"}
+        "big" puts the most significant word first.
+
+    Returns
+    -------
+    ProcessImage
+
+    Raises
+    ------
+    ValueError
+        A name in `values` is unknown or is filled in here; `word_order` is neither of the two.
+    TypeError
+        A value is not a number.
+    """
+    if not values.keys() <= VALUE_NAMES:
+        wrong = ", ".join(sorted(values.keys() - VALUE_NAMES))
+        raise ValueError(f"values: {wrong}: not a value of the register map, or derived from another value")
+    try:
+        status = sum(_bit(values.get(name)) << place for place, name in enumerate(_STATUS_NAMES))
+        given = {**_CONSTANTS, **values, "status_word": status}
+        numbers = {row.name: row.to_raw(given.get(source)) for row, source in _SOURCES}
+    except TypeError as error:
+        raise TypeError(f"values: every one must be a number or None ({error})") from error
+    alarms = int(numbers["alarm_word"])
+    return ProcessImage(
+        words=_BLOCK_LAYOUT.pack(numbers.values(), word_order),
+        coils=alarms,
+        discretes=alarms | status << len(ALARMS),
+        word_order=word_order,
+    )
+
+
+def _bit(value: Value) -> int:
+    return int(value is not None and not math.isnan(value) and value != 0)
+
+
+def decode(words: Sequence[int], *, word_order: WordOrder = "big") -> dict[str, float | int | None]:
+    """Values of a measurement block that a client has read.
+
+    Parameters
+    ----------
+    words : sequence of int, length `len(MEASUREMENTS)`
+        The whole block, from address 0.
+    word_order : {"big", "little"}
+        As set in the gauge.
+
+    Returns
+    -------
+    dict of str to float, int or None
+        Every row of the block but the spare ones, in the unit of the map; None for no value.
+
+    Raises
+    ------
+    ValueError
+        `words` is not the whole block; `word_order` is neither of the two.
+    """
+    if len(words) != len(MEASUREMENTS):
+        raise ValueError(f"words: {len(words)} given, the measurement block has {len(MEASUREMENTS)}")
+    numbers = _BLOCK_LAYOUT.unpack(struct.pack(f">{len(words)}H", *words), word_order)
+    return {row.name: row.to_value(numbers[row.name]) for row in _BLOCK_LAYOUT.rows}
+
+
+def decode_discretes(bits: Sequence[bool]) -> dict[str, bool]:
+    """Names and states of the discrete inputs that a client has read from address 0.
+
+    Parameters
+    ----------
+    bits : sequence of bool, length at least `len(DISCRETES)`
+        Padding to whole bytes, as client libraries leave it, is ignored.
+
+    Returns
+    -------
+    dict of str to bool
+
+    Raises
+    ------
+    ValueError
+        `bits` is too short.
+    """
+    if len(bits) < len(DISCRETES):
+        raise ValueError(f"bits: {len(bits)} given, there are {len(DISCRETES)} discrete inputs")
+    return {row.name: bits[row.address] for row in _DISCRETE_ROWS if not row.spare}
+
+
+def decode_set_points(words: bytes, *, word_order: WordOrder = "big") -> dict[str, int]:
+    """Numbers in the words of the set points, not scaled.
+
+    Parameters
+    ----------
+    words : bytes, length 2 x `len(SET_POINTS)`
+        Most significant byte of each word first.
+    word_order : {"big", "little"}
+        Order of the words in `product_id`.
+
+    Returns
+    -------
+    dict of str to int
+    """
+    return {name: int(number) for name, number in _SET_POINT_LAYOUT.unpack(words, word_order).items()}
