@@ -1,0 +1,34 @@
+"""Pictures of the simulated mill with what the gauge would know of the rig if its calibration were perfect."""
+
+import numpy as np
+
+from appliance.mill.bars import Bar
+from appliance.mill.rig import TrueRig
+from vision.calibration.rig import Camera, Rig
+
+
+def perfect_rig(true_rig: TrueRig, response: str = "srgb") -> Rig:
+    left, right = (Camera(camera.K, camera.dist, camera.R, camera.t, camera.image_size) for camera in true_rig.cameras)
+    return Rig(
+        left=left,
+        right=right,
+        covariance=np.zeros((30, 30)),
+        response=response,
+        region_y_mm=(-250.0, 250.0),
+        square_relative_u=0.0,
+        low_mm=0.0,
+        high_mm=200.0,
+        height_u_mm=0.0,
+        boards={},
+        residual_px=0.0,
+    )
+
+
+def random_bar(rng: np.random.Generator) -> Bar:
+    return Bar(
+        diameter_mm=rng.uniform(80, 300),
+        offset_mm=rng.uniform(-50, 50),
+        yaw_deg=rng.uniform(-1.5, 1.5),
+        temperature_c=rng.uniform(1050, 1100),
+        warm_side_deg=rng.uniform(30, 150),
+    )

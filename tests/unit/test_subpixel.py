@@ -1,0 +1,71 @@
+"""Edges with a known place: a step, blurred by a Gaussian, is the normal distribution function."""
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from vision.edges.subpixel import edge_blur_px, half_level_crossing, sample_profiles
+
+OFFSETS = np.arange(-9.0, 9.25, 0.25)
+
+
+def blurred_step(place, blur, dark=0.03, bright=0.6):
+    return dark + (bright - dark) * norm.cdf((OFFSETS - place) / blur)
+
+
+def test_a_blurred_step_is_found_where_it_is():
+    places = np.linspace(-2.0, 2.0, 41)
+    profile = np.array([blurred_step(place, 0.8) for place in places])
+    found = half_level_crossing(profile, OFFSETS, 0.8)
+    np.testing.assert_allclose(found.place_px, places, atol=0.003)
+    np.testing.assert_allclose(found.dark, 0.03, atol=0.005)
+    np.testing.assert_allclose(found.bright, 0.6, atol=0.005)
+
+
+def test_half_level_of_coded_values_is_somewhere_else():
+    profile = blurred_step(0.0, 1.0)[None, :]
+    coded = half_level_crossing(profile ** (1 / 2.2), OFFSETS, 1.0).place_px[0]
+    assert coded < -0.3
+
+
+def test_the_first_clear_rise_is_the_edge_unless_another_is_expected():
+    # a dark patch on the bar: its own edge, 5 px further in, is the steeper one
+    profile = (0.3 * norm.cdf(OFFSETS / 0.6) + 0.7 * norm.cdf((OFFSETS - 5.0) / 0.6))[None, :]
+    assert half_level_crossing(profile, OFFSETS, 0.6).place_px[0] == pytest.approx(0.0, abs=0.02)
+    assert half_level_crossing(profile, OFFSETS, 0.6, expected_px=5.2).place_px[0] == pytest.approx(5.0, abs=0.02)
+
+
+def test_a_faint_reflection_before_the_edge_is_not_taken_for_it():
+    profile = (0.08 * norm.cdf((OFFSETS + 5.0) / 0.6) + 0.92 * norm.cdf(OFFSETS / 0.6))[None, :]
+    assert half_level_crossing(profile, OFFSETS, 0.6).place_px[0] == pytest.approx(0.0, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    "profile",
+    [np.full(OFFSETS.size, 0.2), np.full(OFFSETS.size, np.nan), blurred_step(0.0, 0.8)[::-1]],
+    ids=["flat", "outside the picture", "bright to dark"],
+)
+def test_a_profile_without_a_rise_has_no_edge(profile):
+    assert np.isnan(half_level_crossing(profile[None, :], OFFSETS, 0.8).place_px[0])
+
+
+def test_noise_moves_an_edge_without_a_bias():
+    rng = np.random.default_rng(3)
+    profile = blurred_step(0.3, 0.9) + rng.normal(0, 0.01, (4000, OFFSETS.size))
+    place = half_level_crossing(profile, OFFSETS, 0.9).place_px
+    standard_error = place.std() / np.sqrt(place.size)
+    assert abs(place.mean() - 0.3) < 4 * standard_error + 0.003
+
+
+@pytest.mark.parametrize("blur", [0.6, 1.0, 1.8])
+def test_the_blur_of_an_edge_is_measured(blur):
+    profile = np.array([blurred_step(place, blur) for place in (-0.4, 0.0, 0.7)])
+    assert edge_blur_px(profile, OFFSETS, np.array([-0.4, 0.0, 0.7])) == pytest.approx(blur, rel=0.05)
+
+
+def test_profiles_are_sampled_along_the_normal_and_empty_outside():
+    y, x = np.mgrid[0:20, 0:30].astype(np.float32)
+    normal = np.array([[0.6, 0.8]])
+    values = sample_profiles(x + 100 * y, np.array([[10.0, 8.0]]), normal, np.array([-1.0, 0.0, 2.0, 50.0]))
+    np.testing.assert_allclose(values[0, :3], [9.4 + 720, 10 + 800, 11.2 + 960])
+    assert np.isnan(values[0, 3])
