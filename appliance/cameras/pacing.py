@@ -1,0 +1,74 @@
+"""When the next image pair of a source that is not a camera is due."""
+
+import time
+from collections.abc import Callable
+
+RATE_OF_STAMPS_HZ = 25.0
+
+
+class Pacer:
+    """Counts exposures at a rate, as a camera would: the newest counts, older ones are dropped.
+
+    Parameters
+    ----------
+    rate_hz : float
+        Exposures per second; 0 makes each exposure due at once and drops none.
+    clock, sleep : callable
+        Monotonic clock and sleep, both in seconds.
+
+    Attributes
+    ----------
+    dropped : int
+        Exposures that nobody took before a newer one was due.
+    """
+
+    def __init__(
+        self,
+        rate_hz: float,
+        clock: Callable[[], float] = time.monotonic,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        if rate_hz < 0:
+            raise ValueError(f"rate_hz must not be negative, got {rate_hz}")
+        self._rate_hz = rate_hz
+        self._clock = clock
+        self._sleep = sleep
+        self._start_s = clock()
+        self._next = 0
+        self.dropped = 0
+
+    def take(self, timeout_s: float) -> tuple[int, float] | None:
+        """Number and moment (clock, seconds) of the newest exposure not taken yet.
+
+        Waits at most `timeout_s`; None when none is due by then.
+        """
+        if self._rate_hz == 0:
+            return self._taken(self._next, self._clock())
+        if not self._wait_until(self._moment(self._next), timeout_s):
+            return None
+        newest = max(self._next, int((self._clock() - self._start_s) * self._rate_hz))
+        return self._taken(newest, self._moment(newest))
+
+    def _taken(self, number: int, moment_s: float) -> tuple[int, float]:
+        self.dropped += number - self._next
+        self._next = number + 1
+        return number, moment_s
+
+    def _moment(self, number: int) -> float:
+        return self._start_s + number / self._rate_hz
+
+    def _wait_until(self, moment_s: float, timeout_s: float) -> bool:
+        wait_s = moment_s - self._clock()
+        if wait_s > 0:
+            self._sleep(min(wait_s, timeout_s))
+        return wait_s <= timeout_s
+
+
+def device_us(number: int, rate_hz: float) -> int:
+    """Time stamp, µs, that a steady device clock gives an exposure; without a rate as if there were 25 a second."""
+    return round(number * 1e6 / (rate_hz or RATE_OF_STAMPS_HZ))
+
+
+def utc_ms(monotonic_s: float) -> int:
+    """Wall time, ms since 1970 UTC, of a moment on the monotonic clock."""
+    return round((time.time() - (time.monotonic() - monotonic_s)) * 1000)

@@ -1,0 +1,347 @@
+"""Recorded image pairs: two folders of pictures or two video files, as a camera or one after the other."""
+
+import csv
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Protocol, Self
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from appliance.cameras.pacing import Pacer, device_us, utc_ms
+from appliance.cameras.source import CameraError, EndOfRecording, FramePair
+
+Picture = NDArray[np.uint8]
+Pictures = tuple[Picture, Picture]
+
+PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg")
+VIDEO_SUFFIXES = (".mp4", ".avi", ".mkv")
+SIDES = ("left", "right")
+JPEG_END = b"\xff\xd9"
+PNG_END = b"IEND\xaeB`\x82"
+
+
+class Recording:
+    """All image pairs of a recording in their order, without any timing.
+
+    Parameters
+    ----------
+    folder : Path
+        With `left/` and `right/` (pictures named by their frame number) or `left.mp4` and `right.mp4`
+        (also .avi and .mkv).
+
+    Raises
+    ------
+    CameraError
+        Folder missing, no recording in it, names or numbers of left and right pictures differ, a video
+        cannot be opened.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        if not folder.is_dir():
+            raise CameraError(f"{folder}: no such folder; give the folder of a recording")
+        self._frames = _open_frames(folder)
+        self._shape: tuple[int, int] | None = None
+
+    def __len__(self) -> int:
+        """Number of pairs; of videos as their headers announce it."""
+        return self._frames.announced
+
+    def __iter__(self) -> Iterator[tuple[int, Picture, Picture]]:
+        """Frame number, left and right picture of each pair; raises `CameraError` like `read`."""
+        position = 0
+        while (pair := self.read(position)) is not None:
+            yield pair
+            position += 1
+
+    def read(self, position: int) -> tuple[int, Picture, Picture] | None:
+        """Frame number, left and right picture at a position from 0; None after the end.
+
+        Raises
+        ------
+        CameraError
+            A picture is truncated or unreadable, sizes differ, one video ends before the other.
+        """
+        pair = self._frames.read(position)
+        if pair is None:
+            return None
+        number, pictures = pair
+        for side, picture in zip(SIDES, pictures, strict=True):
+            self._check_size(number, side, picture)
+        return number, *pictures
+
+    def close(self) -> None:
+        """Let go of the files."""
+        self._frames.close()
+
+    def _check_size(self, number: int, side: str, picture: Picture) -> None:
+        shape = picture.shape[0], picture.shape[1]
+        self._shape = self._shape or shape
+        if shape != self._shape:
+            was, now = (f"{columns} x {rows}" for rows, columns in (self._shape, shape))
+            raise CameraError(
+                f"{self._frames.place(side, number)}: picture is {now} pixels where the recording's others are "
+                f"{was}; record both cameras with one unchanged size"
+            )
+
+
+class RecordingSource:
+    """A recording as a camera; see `PairSource`.
+
+    Parameters
+    ----------
+    folder : Path
+        As for `Recording`; with `timestamps.csv` (`frame,left_us,right_us`) for the device time stamps, which
+        are otherwise those of a steady clock.
+    rate_hz : float
+        Pairs per second in real time; 0 delivers every pair as fast as it is asked for.
+    loop : bool
+        Start again at the end, else raise `EndOfRecording`.
+    """
+
+    simulated = True
+
+    def __init__(self, folder: Path, rate_hz: float, loop: bool) -> None:
+        self._folder = folder
+        self._rate_hz = rate_hz
+        self._loop = loop
+
+    def __enter__(self) -> Self:
+        """Open the recording; raises `CameraError` like `Recording`, and for a `timestamps.csv` that is wrong."""
+        self._recording = Recording(self._folder)
+        self._lap_start = 0
+        self._stamps = _Stamps(self._folder, self._rate_hz)
+        self._pacer = Pacer(self._rate_hz)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close the files."""
+        self._recording.close()
+
+    def next(self, timeout_s: float) -> FramePair | None:
+        """Newest pair that is due; None when none is due in time.
+
+        Raises
+        ------
+        EndOfRecording
+            All pairs were played and `loop` is off.
+        CameraError
+            As in `Recording.read`; the time stamp of a frame is missing.
+        """
+        due = self._pacer.take(timeout_s)
+        if due is None:
+            return None
+        sequence, moment_s = due
+        number, left, right = self._pair(sequence)
+        left_us, right_us = self._stamps.of(number, sequence, self._lap_start)
+        return FramePair(
+            left,
+            right,
+            sequence=sequence,
+            left_us=left_us,
+            right_us=right_us,
+            exposed_monotonic_s=moment_s,
+            exposed_utc_ms=utc_ms(moment_s),
+            dropped=self._pacer.dropped,
+        )
+
+    def _pair(self, sequence: int) -> tuple[int, Picture, Picture]:
+        pair = self._recording.read(sequence - self._lap_start)
+        if pair is None and self._loop:
+            self._lap_start = sequence
+            pair = self._recording.read(0)
+        if pair is None:
+            raise EndOfRecording(f"{self._folder}: the recording is over; play it again or let it loop")
+        return pair
+
+
+class _Stamps:
+    """Device time stamps: those of `timestamps.csv`, moved on by each lap, or those of a steady clock."""
+
+    def __init__(self, folder: Path, rate_hz: float) -> None:
+        self._path = folder / "timestamps.csv"
+        self._rate_hz = rate_hz
+        self._table = _read_stamps(self._path) if self._path.is_file() else None
+        self._lap_start = 0
+        self._moved_us = 0
+
+    def of(self, number: int, sequence: int, lap_start: int) -> tuple[int, int]:
+        """Time stamps of both exposures of a frame, µs."""
+        if self._table is None:
+            steady_us = device_us(sequence, self._rate_hz)
+            return steady_us, steady_us
+        if number not in self._table:
+            raise CameraError(f"{self._path}: no row for frame {number}; complete the file or remove it")
+        if lap_start != self._lap_start:
+            self._lap_start = lap_start
+            self._moved_us += _lap_us(self._table)
+        left_us, right_us = self._table[number]
+        return left_us + self._moved_us, right_us + self._moved_us
+
+
+def _lap_us(table: dict[int, tuple[int, int]]) -> int:
+    """Time from the first frame of a lap to that of the next, one mean period after the last frame."""
+    stamps = [left_us for left_us, _ in table.values()]
+    span_us = max(stamps) - min(stamps)
+    return span_us + span_us // max(1, len(stamps) - 1)
+
+
+def _read_stamps(path: Path) -> dict[int, tuple[int, int]]:
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        return {int(row["frame"]): (int(row["left_us"]), int(row["right_us"])) for row in rows}
+    except (OSError, ValueError, KeyError, TypeError, csv.Error) as error:
+        raise CameraError(
+            f"{path}: not a table of whole numbers with the columns frame,left_us,right_us ({error!r}); "
+            "correct the file or remove it"
+        ) from error
+
+
+class _Frames(Protocol):
+    """Where the pairs of a recording are stored."""
+
+    announced: int
+
+    def read(self, position: int) -> tuple[int, Pictures] | None: ...
+
+    def place(self, side: str, number: int) -> str: ...
+
+    def close(self) -> None: ...
+
+
+def _open_frames(folder: Path) -> _Frames:
+    if all((folder / side).is_dir() for side in SIDES):
+        return _PictureFrames(folder)
+    for suffix in VIDEO_SUFFIXES:
+        if all((folder / f"{side}{suffix}").is_file() for side in SIDES):
+            return _VideoFrames(folder / f"left{suffix}", folder / f"right{suffix}")
+    raise CameraError(
+        f"{folder}: holds neither left/ and right/ with pictures nor left.mp4 and right.mp4; "
+        "give the folder of a recording of two cameras"
+    )
+
+
+class _PictureFrames:
+    """Pictures named by frame number in `left/` and `right/`."""
+
+    def __init__(self, folder: Path) -> None:
+        left, right = (_numbered_pictures(folder / side) for side in SIDES)
+        if left.keys() != right.keys():
+            alone = min(left.keys() ^ right.keys())
+            raise CameraError(
+                f"{folder}: {len(left)} left and {len(right)} right pictures do not form pairs, first at frame "
+                f"{alone}; complete or remove the pictures that stand alone"
+            )
+        if not left:
+            raise CameraError(f"{folder}: left/ and right/ hold no PNG or JPEG pictures; record some")
+        self._paths = {number: (left[number], right[number]) for number in sorted(left)}
+        self._numbers = list(self._paths)
+        self.announced = len(self._numbers)
+
+    def read(self, position: int) -> tuple[int, Pictures] | None:
+        if position >= self.announced:
+            return None
+        number = self._numbers[position]
+        left, right = self._paths[number]
+        return number, (read_picture(left), read_picture(right))
+
+    def place(self, side: str, number: int) -> str:
+        return str(self._paths[number][SIDES.index(side)])
+
+    def close(self) -> None:
+        pass
+
+
+def _numbered_pictures(folder: Path) -> dict[int, Path]:
+    paths = [path for path in folder.iterdir() if path.suffix.lower() in PICTURE_SUFFIXES]
+    numbered: dict[int, Path] = {}
+    for path in sorted(paths):
+        if not path.stem.isdecimal():
+            raise CameraError(f"{path}: the name is not a frame number; name pictures 000000, 000001 and so on")
+        if int(path.stem) in numbered:
+            raise CameraError(f"{path}: a second picture of frame {int(path.stem)}; remove one of them")
+        numbered[int(path.stem)] = path
+    return numbered
+
+
+def read_picture(path: Path) -> Picture:
+    """Read an 8-bit picture: grey as (rows, columns), colour as (rows, columns, 3) blue-green-red.
+
+    Raises
+    ------
+    CameraError
+        The file is missing, truncated or not a picture.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise CameraError(f"{path}: cannot be read ({error.strerror}); check the disk and its permissions") from error
+    # OpenCV fills what is missing of a truncated file with grey and calls it a picture.
+    end = PNG_END if path.suffix.lower() == ".png" else JPEG_END
+    if not data.rstrip(b"\0").endswith(end):
+        raise CameraError(f"{path}: the file breaks off before the picture's end; copy or record it again")
+    flags = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_IGNORE_ORIENTATION
+    picture = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+    if picture is None:  # pyright: ignore[reportUnnecessaryComparison]  OpenCV's stub is wrong
+        raise CameraError(f"{path}: not a readable PNG or JPEG picture; copy or record it again")
+    return np.asarray(picture, dtype=np.uint8)
+
+
+class _VideoFrames:
+    """Two video files; frames are counted by grabbing them, because time stamps of containers are not reliable."""
+
+    def __init__(self, left: Path, right: Path) -> None:
+        self._videos = _Video(left), _Video(right)
+        self.announced, announced_right = (video.announced for video in self._videos)
+        if self.announced != announced_right:
+            raise CameraError(
+                f"{left.parent}: {left.name} has {self.announced} frames and {right.name} {announced_right}; "
+                "cut both to the same frames"
+            )
+
+    def read(self, position: int) -> tuple[int, Pictures] | None:
+        left, right = (video.read(position) for video in self._videos)
+        if left is None and right is None:
+            return None
+        if left is None or right is None:
+            short = self.place("left" if left is None else "right", position)
+            raise CameraError(f"{short}: ends before the other video; cut both to the same frames")
+        return position, (left, right)
+
+    def place(self, side: str, number: int) -> str:
+        return f"{self._videos[SIDES.index(side)].path}, frame {number}"
+
+    def close(self) -> None:
+        for video in self._videos:
+            video.close()
+
+
+class _Video:
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._open()
+        self.announced = int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT))
+
+    def read(self, position: int) -> Picture | None:
+        if position < self._position:
+            self.close()
+            self._open()
+        while self._position <= position:
+            if not self._capture.grab():
+                return None
+            self._position += 1
+        decoded, picture = self._capture.retrieve()
+        if not decoded:
+            raise CameraError(f"{self.path}: frame {position} cannot be decoded; copy or record the video again")
+        return np.asarray(picture, dtype=np.uint8)
+
+    def close(self) -> None:
+        self._capture.release()
+
+    def _open(self) -> None:
+        self._capture = cv2.VideoCapture(str(self.path))
+        self._position = 0  # of the next frame to grab
+        if not self._capture.isOpened():
+            raise CameraError(f"{self.path}: cannot be opened as a video; copy or record it again")

@@ -1,0 +1,85 @@
+"""The one protocol behind which every camera, recording and simulation stands."""
+
+from dataclasses import dataclass, field
+from typing import Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class CameraError(Exception):
+    """A source cannot deliver pictures; the message says what, where and what to do."""
+
+
+@dataclass(frozen=True, slots=True)
+class FramePair:
+    """One simultaneous exposure of both cameras.
+
+    Attributes
+    ----------
+    left, right : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        Grey, or blue-green-red as OpenCV has it.
+    sequence : int
+        Number that the source gave the exposure, from 0, +1 each; gaps are lost pairs.
+    left_us, right_us : int
+        Device time stamps of both exposures, in µs on the device's own clock.
+    exposed_monotonic_s : float
+        Moment of exposure on this machine's monotonic clock (`time.monotonic`).
+    exposed_utc_ms : int
+        The same moment for people, ms since 1970 UTC.
+    exposure_us : float
+        Exposure time; NaN where the source cannot say.
+    dropped : int
+        Pairs that the source had discarded, since it was opened, because a newer one was ready.
+    truth : dict or None
+        What a simulation knows about the scene (`diameter_mm`, ...); never read by a gauge.
+    """
+
+    left: NDArray[np.uint8]
+    right: NDArray[np.uint8]
+    sequence: int
+    left_us: int
+    right_us: int
+    exposed_monotonic_s: float
+    exposed_utc_ms: int
+    exposure_us: float = float("nan")
+    dropped: int = 0
+    truth: dict[str, object] | None = field(default=None, compare=False)
+
+
+class PairSource(Protocol):
+    """A source of image pairs. Use it as a context manager: entering opens it, leaving closes it."""
+
+    @property
+    def simulated(self) -> bool:
+        """Whether the pictures are not of a bar that is there now (mill, recording)."""
+        ...
+
+    def __enter__(self) -> Self:
+        """Open the source; raises `CameraError`."""
+        ...
+
+    def __exit__(self, *_: object) -> None:
+        """Release everything; never raises."""
+        ...
+
+    def next(self, timeout_s: float) -> FramePair | None:
+        """Newest pair not delivered yet.
+
+        Older ones are discarded and counted in `FramePair.dropped`.
+
+        Parameters
+        ----------
+        timeout_s : float
+            Longest time to wait.
+
+        Returns
+        -------
+        FramePair or None
+            None when nothing came in time; a source that has come to its end raises `EndOfRecording`.
+        """
+        ...
+
+
+class EndOfRecording(CameraError):  # noqa: N818  an end is not an error of anybody's
+    """The recording was played once and is over."""

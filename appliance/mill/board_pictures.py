@@ -1,0 +1,105 @@
+"""Pictures of checkerboards on the line, through the true lens, for `hotgauge calibrate`."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from appliance.mill.background import blurred
+from appliance.mill.boards import Board, Pose, high_pose, low_pose, random_poses
+from appliance.mill.rig import Points, TrueRig
+from appliance.mill.scene import Picture, Scene, View
+from appliance.mill.sensor import Blur, Light, NoiseStock
+
+SUBSAMPLES = 8
+APERTURE_VARIANCE_PX2 = 1 / 12  # of the square pixel that the subsamples fill
+BORDER_PX = 24
+WHITE = 0.42
+BLACK = 0.03
+LAMP_FALL_PER_SQUARE = 0.02
+BACKGROUND_GAIN = 3.0  # boards are taken with a longer exposure than hot bars
+
+
+def rig_folder_pictures(
+    scene: Scene, rig: TrueRig, rng: np.random.Generator, board: Board, poses: int
+) -> Iterator[tuple[str, Picture, Picture]]:
+    """Pictures of a rig folder, grey: (path with a place for the side, left picture, right picture).
+
+    Raises
+    ------
+    ValueError
+        The board does not fit into both pictures of this rig.
+    """
+    places = {
+        f"calibration/{{side}}_{number:02}.png": pose
+        for number, pose in enumerate(random_poses(rig, rng, board, poses))
+    }
+    places["registration/{side}_low.png"] = low_pose(board)
+    places["registration/{side}_high.png"] = high_pose(board)
+    for path, pose in places.items():
+        starts = rng.integers(NoiseStock.EXTRA, size=2)
+        left, right = (
+            view.grey_picture(board_light(view, board, pose), int(start))
+            for view, start in zip((scene.left, scene.right), starts, strict=True)
+        )
+        yield path, left, right
+
+
+def board_light(view: View, board: Board, pose: Pose) -> Light:
+    """Linear light of a board in front of the still background, before noise, shape (rows, columns)."""
+    light = np.float32(BACKGROUND_GAIN) * view.background[1]
+    part = _around(view.camera.project(pose.in_world(board.sheet_mm())), light.shape)
+    on_board = _board_coordinates(view.camera.centre_mm, view.rays[part].astype(np.float64), pose)
+    sheet, print_light = _supersampled(on_board, board)
+    core_px = float(np.sqrt(view.blur.core_px**2 - APERTURE_VARIANCE_PX2))
+    blur = Blur(core_px, view.blur.halo_px, view.blur.halo_part)
+    light[part] = light[part] * (1 - blurred(sheet, blur)) + blurred(print_light, blur)
+    return light
+
+
+def _around(pixels: Points, shape: tuple[int, ...]) -> tuple[slice, slice]:
+    low = np.maximum(np.floor(pixels.min(axis=0)).astype(int) - BORDER_PX, 0)
+    high = np.minimum(np.ceil(pixels.max(axis=0)).astype(int) + BORDER_PX, shape[::-1])
+    return slice(low[1], high[1]), slice(low[0], high[0])
+
+
+def _board_coordinates(centre_mm: Points, rays: Points, pose: Pose) -> Points:
+    """Where rays meet the board's plane, on the board, shape (2, rows, columns), mm."""
+    normal = np.cross(pose.axes[0], pose.axes[1])
+    depth = ((pose.centre_mm - centre_mm) @ normal) / (rays @ normal)
+    points = centre_mm + rays * depth[..., None]
+    return np.moveaxis((points - pose.centre_mm) @ pose.axes.T, -1, 0)
+
+
+def _supersampled(on_board: Points, board: Board) -> tuple[Light, Light]:
+    """Part of each pixel that the sheet covers, and the sheet's light in it.
+
+    Inside a pixel, board coordinates are linear in the picture to better than a thousandth of a pixel.
+    """
+    columns, rows = board.squares
+    x = (on_board[0] / board.true_square_mm + columns / 2).astype(np.float32)
+    y = (rows / 2 - on_board[1] / board.true_square_mm).astype(np.float32)
+    (x_down, x_right), (y_down, y_right) = np.gradient(x), np.gradient(y)
+    sheet, white = np.zeros_like(x), np.zeros_like(x)
+    steps = (np.arange(SUBSAMPLES, dtype=np.float32) + np.float32(0.5)) / SUBSAMPLES - np.float32(0.5)
+    for dy in steps:
+        for dx in steps:
+            on_sheet, is_white = _print(x + dy * x_down + dx * x_right, y + dy * y_down + dx * y_right, board)
+            sheet += on_sheet
+            white += is_white
+    sheet /= SUBSAMPLES**2
+    white /= SUBSAMPLES**2
+    lamp = 1 + LAMP_FALL_PER_SQUARE * (x + y)
+    return sheet, (lamp * (BLACK * (sheet - white) + WHITE * white)).astype(np.float32)
+
+
+def _print(x: Light, y: Light, board: Board) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Whether points, in squares from the pattern's first corner at -x +y, lie on the sheet, and on white.
+
+    The first square is black; a margin of one square around the pattern is white.
+    """
+    columns, rows = board.squares
+    column, row = np.floor(x).astype(np.int32), np.floor(y).astype(np.int32)
+    on_sheet = (column >= -1) & (column <= columns) & (row >= -1) & (row <= rows)
+    pattern = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
+    return on_sheet, on_sheet & ~(pattern & ((column + row) % 2 == 0))

@@ -1,0 +1,122 @@
+"""The simulated line before its cameras: a bar in, two 8-bit pictures out."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from appliance.mill import background
+from appliance.mill.bars import Bar
+from appliance.mill.rig import TrueCamera, TrueRig
+from appliance.mill.sensor import LEVELS, Blur, Light, NoiseStock, Sensor
+from appliance.mill.silhouette import Glow, silhouette
+
+Picture = NDArray[np.uint8]
+
+
+class Scene:
+    """A rig that looks at the line; what stands still is drawn once.
+
+    Parameters
+    ----------
+    rig : TrueRig
+    seed : int
+        Background, clutter and noise.
+    sensor : Sensor
+    blur : Blur
+    glow : Glow
+    """
+
+    def __init__(
+        self,
+        rig: TrueRig,
+        seed: int,
+        sensor: Sensor = Sensor(),  # noqa: B008  frozen
+        blur: Blur = Blur(),  # noqa: B008
+        glow: Glow = Glow(),  # noqa: B008
+    ) -> None:
+        self._seed = seed
+        columns, rows = rig.left.image_size
+        noise = NoiseStock((3, rows, columns), seed)
+        self.left, self.right = (
+            View(camera, seed, noise=noise, sensor=sensor, blur=blur, glow=glow) for camera in rig.cameras
+        )
+
+    def pair(self, bar: Bar | None, frame: int) -> tuple[Picture, Picture]:
+        """Left and right picture, blue-green-red, shape (rows, columns, 3); the frame's number chooses the noise."""
+        places = np.random.default_rng([self._seed, frame]).integers(NoiseStock.EXTRA, size=2)
+        return self.left.picture(bar, int(places[0])), self.right.picture(bar, int(places[1]))
+
+
+class View:
+    """What one camera sees.
+
+    Parameters
+    ----------
+    camera : TrueCamera
+    seed : int
+        Background.
+    noise : NoiseStock
+        For pictures of this camera's size.
+    sensor, blur, glow : Sensor, Blur, Glow
+
+    Attributes
+    ----------
+    camera : TrueCamera
+    rays : ndarray of float32, shape (rows, columns, 3)
+        Unit direction of each pixel's light, world frame.
+    background : ndarray of float32, shape (3, rows, columns)
+        Linear light of the empty line, blurred; blue, green, red.
+    blur : Blur
+    """
+
+    def __init__(
+        self, camera: TrueCamera, seed: int, *, noise: NoiseStock, sensor: Sensor, blur: Blur, glow: Glow
+    ) -> None:
+        self.camera = camera
+        self.rays = camera.rays(camera.pixel_grid()).astype(np.float32)
+        self.blur = blur
+        self.background = background.draw(camera.centre_mm, self.rays, seed, blur)
+        self._glow = glow
+        self._noise = noise
+        self._sensor = sensor
+        self._table = sensor.table()
+        self._background_noise = sensor.noise(self.background)
+
+    def light(self, bar: Bar | None) -> Light:
+        """Linear light before noise, planes blue, green, red, shape (3, rows, columns); 1 is full scale."""
+        light = self.background.copy()
+        self._add_bar(light, bar)
+        return light
+
+    def picture(self, bar: Bar | None, noise_start: int) -> Picture:
+        """8-bit picture, blue-green-red, shape (rows, columns, 3)."""
+        noise = self._noise.cut(noise_start)
+        light = self.background.copy()
+        spread = self._background_noise
+        touched = self._add_bar(light, bar)
+        if touched is not None:
+            spread = spread.copy()
+            spread[touched] = self._sensor.noise(light[touched])
+        light += spread * noise
+        return cv2.merge(list(self._digitised(light))).astype(np.uint8, copy=False)
+
+    def grey_picture(self, light: Light, noise_start: int) -> Picture:
+        """8-bit grey picture of linear light, shape (rows, columns)."""
+        return self._digitised(light + self._sensor.noise(light) * self._noise.cut(noise_start)[0])
+
+    def _add_bar(self, light: Light, bar: Bar | None) -> tuple[slice, slice, slice] | None:
+        """Draw the bar over the background; the part of the planes that it touches."""
+        seen = None if bar is None else silhouette(self.camera.centre_mm, self.rays, bar, self._glow, self.blur)
+        if bar is None or seen is None:
+            return None
+        touched = (slice(None), seen.rows, seen.columns)
+        part = light[touched]
+        part *= 1 - seen.coverage
+        part += bar.levels.astype(np.float32)[:, None, None] * seen.glow
+        return touched
+
+    def _digitised(self, light: Light) -> Picture:
+        """8-bit values of linear light, which is overwritten."""
+        light *= LEVELS
+        np.clip(light, 0, LEVELS, out=light)
+        return self._table[light.astype(np.uint16)]

@@ -1,0 +1,96 @@
+"""Lens blur and sensor: from linear light to the 8-bit picture."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Response = Literal["srgb", "linear", "gamma 2.2"]
+Light = NDArray[np.float32]
+
+LEVELS = 1 << 14
+
+
+@dataclass(frozen=True, slots=True)
+class Blur:
+    """Point spread function: a Gaussian core with a weak, wide Gaussian halo, pixel aperture included.
+
+    Attributes
+    ----------
+    core_px, halo_px : float
+        Standard deviations, pixels.
+    halo_part : float
+        Part of the light that goes into the halo.
+    """
+
+    core_px: float = 0.7
+    halo_px: float = 5.0
+    halo_part: float = 0.02
+
+    def transfer(self, cycles_per_px: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Modulation transfer function."""
+        square = -2 * (np.pi * cycles_per_px) ** 2
+        core, halo = np.exp(square * self.core_px**2), np.exp(square * self.halo_px**2)
+        return (1 - self.halo_part) * core + self.halo_part * halo
+
+
+@dataclass(frozen=True, slots=True)
+class Sensor:
+    """Noise and response of the sensor.
+
+    Attributes
+    ----------
+    response : str
+        How the 8-bit value follows from light.
+    full_well_electrons : float
+        Electrons at full scale: the shot noise.
+    read_noise_electrons : float
+    """
+
+    response: Response = "srgb"
+    full_well_electrons: float = 10000.0
+    read_noise_electrons: float = 12.0
+
+    def noise(self, light: Light) -> Light:
+        """Standard deviation of the noise at each level of light (1 is full scale), in units of full scale."""
+        variance = light / np.float32(self.full_well_electrons)
+        variance += np.float32((self.read_noise_electrons / self.full_well_electrons) ** 2)
+        return np.sqrt(variance, out=variance)
+
+    def table(self) -> NDArray[np.uint8]:
+        """8-bit value of each of `LEVELS` + 1 equidistant levels of light from 0 to 1."""
+        light = np.linspace(0.0, 1.0, LEVELS + 1)
+        return np.rint(255 * encode(light, self.response)).astype(np.uint8)
+
+
+def encode(light: NDArray[np.float64], response: Response) -> NDArray[np.float64]:
+    """Encoded value, 0 to 1, of linear light, 0 to 1; sRGB after IEC 61966-2-1."""
+    if response == "linear":
+        return light
+    if response == "gamma 2.2":
+        return light ** (1 / 2.2)
+    return np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+
+
+class NoiseStock:
+    """Standard normal noise made once and cut at a new place for each picture, which is fast.
+
+    Parameters
+    ----------
+    shape : tuple of int
+        Shape of a picture's noise.
+    seed : int
+    """
+
+    EXTRA = 1 << 20
+
+    def __init__(self, shape: tuple[int, ...], seed: int) -> None:
+        self._shape = shape
+        self._size = int(np.prod(shape))
+        rng = np.random.default_rng([seed, 0x6E6F])
+        self._stock = rng.standard_normal(self._size + self.EXTRA, dtype=np.float32)
+
+    def cut(self, start: int) -> Light:
+        """Noise from a place of the stock, 0 <= start < EXTRA; a view, do not write to it."""
+        return self._stock[start : start + self._size].reshape(self._shape)
