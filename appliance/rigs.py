@@ -1,0 +1,67 @@
+"""Calibration files: where a rig is kept between `hotgauge calibrate` and the gauge."""
+
+import os
+import tempfile
+from pathlib import Path
+
+from vision.calibration.rig import Rig
+
+
+class RigError(Exception):
+    """A calibration file cannot be read or written; the message says which, why and what to do."""
+
+
+def load_rig(path: Path) -> Rig:
+    """Read a rig.
+
+    Parameters
+    ----------
+    path : Path
+        JSON file that `save_rig` wrote.
+
+    Returns
+    -------
+    Rig
+
+    Raises
+    ------
+    RigError
+        File missing, unreadable, or malformed in any way; the message names file and key.
+    """
+    try:
+        return Rig.from_json(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise RigError(f"{path}: cannot be read ({error.strerror}); make it with `hotgauge calibrate`") from error
+    except ValueError as error:
+        raise RigError(f"{path}: {error}; make the file anew with `hotgauge calibrate`") from error
+
+
+def save_rig(rig: Rig, path: Path) -> None:
+    """Write a rig whole or not at all; an older file stays until the new one is complete on disk.
+
+    Parameters
+    ----------
+    rig : Rig
+    path : Path
+        JSON file to write or replace.
+
+    Raises
+    ------
+    RigError
+        Folder missing or not writable, or disk full.
+    """
+    text = rig.to_json()
+    try:
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        temporary = Path(name)
+        try:
+            with os.fdopen(handle, "w", encoding="utf-8") as file:
+                file.write(text)
+                os.fchmod(file.fileno(), 0o644)
+                file.flush()
+                os.fsync(file.fileno())
+            temporary.replace(path)
+        finally:
+            temporary.unlink(missing_ok=True)
+    except OSError as error:
+        raise RigError(f"{path}: cannot be written ({error.strerror}); give a file in a writable folder") from error

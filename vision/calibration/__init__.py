@@ -1,0 +1,1 @@
+"""Checkerboards, cameras, rigs and the world frame."""

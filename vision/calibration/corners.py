@@ -1,0 +1,166 @@
+"""Finding the board's inner corners in a picture, to a few hundredths of a pixel."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.calibration.board import Board
+
+# Found by trial on path-traced boards of 28 to 100 pixels a square: residual 0.032 px, against 0.057 with a window
+# of a tenth of a square. Decoding the pictures to linear light first makes it 0.043: a crossing of four squares is
+# symmetric about its centre under any response, and the noise of bright pixels grows.
+WINDOW_OF_SQUARE = 0.4
+SMOOTHING_PX = 1.0
+
+REGULAR_OF_SQUARE = 0.15
+PATCH_PX = 16
+
+
+class Found(NamedTuple):
+    """Corners of one picture, or why there are none.
+
+    Attributes
+    ----------
+    corners_px : ndarray of float64, shape (n, 2), or None
+        (x, y), pixels, in the order of `Board.corners_mm`.
+    reason : str
+        Empty where there are corners.
+    """
+
+    corners_px: NDArray[np.float64] | None
+    reason: str
+
+
+def find_corners(image: NDArray[np.uint8], board: Board) -> Found:
+    """Find all inner corners of the board.
+
+    OpenCV's classic detector and its sector-based one propose grids, the quick one first, until one holds: its
+    corners are regular under a homography, and its squares are light and dark in turn. The first corner is that at
+    the dark square of the board's corner; where the colours do not tell the board from itself turned by half, x
+    along the long side points to the right of the picture.
+
+    Parameters
+    ----------
+    image : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        Grey, or blue-green-red.
+    board : Board
+
+    Returns
+    -------
+    Found
+        Without corners where no detector finds a grid, or where no grid found is regular and light and dark in
+        turn; the reason says which.
+
+    Raises
+    ------
+    ValueError
+        `image` is not a picture of 8 bit.
+    """
+    if image.dtype != np.uint8 or image.ndim not in (2, 3) or image.size == 0:
+        raise ValueError(f"image: 8 bit, grey or colour, is needed, not {image.dtype} of shape {image.shape}")
+    grey = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), np.uint8) if image.ndim == 3 else image
+    columns, rows = board.inner_corners
+    reason = f"no board of {columns} x {rows} inner corners found"
+    for grid in _proposals(grey, board):
+        refined = _refined(grey, _right_handed(grid, board), board)
+        reason = _fault(grey, refined, board)
+        if not reason:
+            return Found(_ordered(grey, refined, board), "")
+    return Found(None, reason)
+
+
+def _proposals(grey: NDArray[np.uint8], board: Board) -> Iterator[NDArray[np.float64]]:
+    size = board.inner_corners
+    for flags in (cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE, 0):
+        found, corners = cv2.findChessboardCorners(grey, size, flags=flags)
+        if found:
+            yield corners.reshape(-1, 2).astype(np.float64)
+    for flags in (cv2.CALIB_CB_NORMALIZE_IMAGE, cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY):
+        found, corners = cv2.findChessboardCornersSB(grey, size, flags=flags)
+        if found:
+            yield corners.reshape(-1, 2).astype(np.float64)
+
+
+def _right_handed(corners: NDArray[np.float64], board: Board) -> NDArray[np.float64]:
+    """Reverse each row of a mirrored grid, so that the board's face looks at the camera."""
+    columns, rows = board.inner_corners
+    grid = corners.reshape(rows, columns, 2)
+    along, down = grid[:, -1] - grid[:, 0], grid[-1] - grid[0]
+    x, y = along.mean(axis=0), down.mean(axis=0)
+    mirrored = x[0] * y[1] - x[1] * y[0] < 0.0
+    return (grid[:, ::-1] if mirrored else grid).reshape(-1, 2)
+
+
+def _refined(grey: NDArray[np.uint8], corners: NDArray[np.float64], board: Board) -> NDArray[np.float64]:
+    half = max(2, round(WINDOW_OF_SQUARE * _square_px(corners, board)))
+    smooth = cv2.GaussianBlur(grey.astype(np.float32), (0, 0), SMOOTHING_PX)
+    criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-4)
+    start = corners.astype(np.float32).reshape(-1, 1, 2)
+    return cv2.cornerSubPix(smooth, start, (half, half), (-1, -1), criteria).reshape(-1, 2).astype(np.float64)
+
+
+def _square_px(corners: NDArray[np.float64], board: Board) -> float:
+    """Shortest side of a square in the picture."""
+    columns, rows = board.inner_corners
+    grid = corners.reshape(rows, columns, 2)
+    along, down = np.diff(grid, axis=1), np.diff(grid, axis=0)
+    return float(min(np.linalg.norm(along, axis=2).min(), np.linalg.norm(down, axis=2).min()))
+
+
+def _fault(grey: NDArray[np.uint8], corners: NDArray[np.float64], board: Board) -> str:
+    """Say why a grid is false; empty where it is not."""
+    to_picture = _homography(corners, board)
+    if to_picture is None:
+        return "a grid was found, but its corners lie on one line"
+    mapped = cv2.perspectiveTransform(board.corners_mm[:, None, :2], to_picture).reshape(-1, 2)
+    residual = float(np.sqrt(np.mean(np.sum((mapped - corners) ** 2, axis=1)))) / _square_px(corners, board)
+    if not residual < REGULAR_OF_SQUARE:
+        return f"a grid was found, but it is not regular ({100.0 * residual:.0f} % of a square)"
+    if not _alternates(_lightness(grey, to_picture, board)):
+        return "a grid was found, but its squares are not light and dark in turn"
+    return ""
+
+
+def _lightness(grey: NDArray[np.uint8], to_picture: NDArray[np.float64], board: Board) -> NDArray[np.float64]:
+    """Mean pixel value of the middle of each square between the corners, shape (rows, columns)."""
+    columns, rows = (count - 1 for count in board.inner_corners)
+    scale = board.square_mm / PATCH_PX
+    first = board.corners_mm[0]
+    from_patch = np.array(
+        [[scale, 0.0, first[0] + scale / 2.0], [0.0, -scale, first[1] - scale / 2.0], [0.0, 0.0, 1.0]]
+    )
+    patch = cv2.warpPerspective(
+        grey,
+        to_picture @ from_patch,
+        (columns * PATCH_PX, rows * PATCH_PX),
+        flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+    )
+    middle = slice(PATCH_PX // 4, -PATCH_PX // 4)
+    return patch.reshape(rows, PATCH_PX, columns, PATCH_PX)[:, middle, :, middle].mean(axis=(1, 3))
+
+
+def _alternates(light: NDArray[np.float64]) -> bool:
+    """Whether each square is lighter than all its neighbours or darker than all of them, in turn."""
+    rows, columns = light.shape
+    sign = (-1.0) ** np.add.outer(np.arange(rows), np.arange(columns))
+    along, down = np.diff(light, axis=1) * sign[:, 1:], np.diff(light, axis=0) * sign[1:]
+    steps = np.concatenate([along.ravel(), down.ravel()])
+    return bool((steps > 0.0).all() or (steps < 0.0).all())
+
+
+def _ordered(grey: NDArray[np.uint8], corners: NDArray[np.float64], board: Board) -> NDArray[np.float64]:
+    to_picture = _homography(corners, board)
+    if board.half_turn_shows and to_picture is not None:
+        light = _lightness(grey, to_picture, board)
+        backwards = light[0, 0] > light[0, 1]
+    else:
+        backwards = corners[board.inner_corners[0] - 1, 0] < corners[0, 0]
+    return corners[::-1].copy() if backwards else corners
+
+
+def _homography(corners: NDArray[np.float64], board: Board) -> NDArray[np.float64] | None:
+    matrix, _ = cv2.findHomography(board.corners_mm[:, :2], corners)
+    return None if matrix is None else np.asarray(matrix, dtype=np.float64)

@@ -1,0 +1,90 @@
+"""Reading of JSON objects whose every fault becomes one sentence that names the key."""
+
+import json
+import math
+from typing import Any, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Fields:
+    """A JSON object read key by key; every method raises `ValueError` naming the key and what is wrong with it.
+
+    Parameters
+    ----------
+    values : object
+        What the JSON text held; anything but an object is refused.
+    where : str
+        Name of the object in the sentences, empty for the whole text.
+    """
+
+    def __init__(self, values: object, where: str = "") -> None:
+        self._prefix = f"{where}." if where else ""
+        if not isinstance(values, dict):
+            sentence = f"{where or 'the text'}: a JSON object is needed, not {type(values).__name__}"
+            raise ValueError(sentence)  # noqa: TRY004  the text is at fault, not the call
+        self._values: dict[str, Any] = values
+
+    @classmethod
+    def of_text(cls, text: str) -> "Fields":
+        """Parse a JSON text; `NaN` and `Infinity`, which are no JSON, are refused."""
+        try:
+            return cls(json.loads(text, parse_constant=_refuse_constant))
+        except json.JSONDecodeError as error:
+            raise ValueError(f"not well-formed JSON: {error}") from error
+
+    def value(self, key: str) -> Any:
+        """Value of a key that must be there."""
+        if key not in self._values:
+            raise ValueError(f"{self._prefix}{key}: missing")
+        return self._values[key]
+
+    def section(self, key: str) -> "Fields":
+        """Object inside this one."""
+        return Fields(self.value(key), f"{self._prefix}{key}")
+
+    def number(self, key: str) -> float:
+        """Read a finite number."""
+        value = self.value(key)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            self.refuse(key, f"a finite number is needed, not {value!r}")
+        return float(value)
+
+    def flag(self, key: str) -> bool:
+        """Read true or false."""
+        value = self.value(key)
+        if not isinstance(value, bool):
+            self.refuse(key, f"true or false is needed, not {value!r}")
+        return value
+
+    def pair_of_counts(self, key: str) -> tuple[int, int]:
+        """Two whole numbers above zero."""
+        value = self.value(key)
+        whole = isinstance(value, list) and all(isinstance(v, int) and not isinstance(v, bool) for v in value)
+        if not whole or len(value) != 2 or min(value) < 1:
+            self.refuse(key, f"two whole numbers above zero are needed, not {value!r}")
+        return value[0], value[1]
+
+    def array(self, key: str, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
+        """Finite float64 array of a shape; None stands for any length, and such an array may be empty."""
+        value = self.value(key)
+        try:
+            array = np.array(value, dtype=np.float64)
+        except (TypeError, ValueError):
+            self.refuse(key, "an array of numbers is needed")
+        if None in shape and array.size == 0:
+            return np.empty([length or 0 for length in shape])
+        if array.ndim != len(shape) or any(n not in (None, m) for n, m in zip(shape, array.shape, strict=True)):
+            self.refuse(key, f"shape {array.shape} where {shape} is needed")
+        if not np.isfinite(array).all():
+            self.refuse(key, "a number is not finite")
+        return array
+
+    def refuse(self, key: str, reason: str) -> NoReturn:
+        """Raise the sentence about a key."""
+        raise ValueError(f"{self._prefix}{key}: {reason}")
+
+
+def _refuse_constant(name: str) -> NoReturn:
+    raise ValueError(f"not well-formed JSON: {name} is no number")

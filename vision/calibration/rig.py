@@ -1,0 +1,342 @@
+"""A rig: two calibrated cameras, the plane they look at, and how well all of that is known."""
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, Literal, Self, get_args
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.calibration.fields import Fields
+from vision.calibration.lens import distort, undistort
+
+Response = Literal["srgb", "linear", "gamma 2.2"]
+
+FORMAT_VERSION = 1
+
+# Parameters of one camera, in the order of `Camera.perturbed` and of `Rig.covariance`.
+CAMERA_PARAMETERS = (
+    *("fx", "fy", "cx", "cy"),
+    *("k1", "k2", "p1", "p2", "k3"),
+    *("omega_x", "omega_y", "omega_z"),
+    *("t_x", "t_y", "t_z"),
+)
+
+BOARD_NAMES = ("left_low", "right_low", "left_high", "right_high")
+
+
+def rotation(omega: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rotation matrix Exp([omega]x) of a rotation vector in radians."""
+    return np.asarray(cv2.Rodrigues(omega)[0], dtype=np.float64)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Camera:
+    """A pinhole camera with lens distortion, OpenCV's model; pixel centres at integers.
+
+    Attributes
+    ----------
+    K : ndarray of float64, shape (3, 3)
+        Intrinsic matrix, pixels.
+    dist : ndarray of float64, shape (5,)
+        k1, k2, p1, p2, k3.
+    R : ndarray of float64, shape (3, 3)
+        Rotation from world to camera: x_camera = R x_world + t.
+    t : ndarray of float64, shape (3,)
+        Translation, mm.
+    image_size : tuple of int
+        (columns, rows), pixels.
+    """
+
+    K: NDArray[np.float64]
+    dist: NDArray[np.float64]
+    R: NDArray[np.float64]
+    t: NDArray[np.float64]
+    image_size: tuple[int, int]
+
+    @property
+    def centre_mm(self) -> NDArray[np.float64]:
+        """Projection centre in the world frame, shape (3,), mm: C = -R' t."""
+        return -self.R.T @ self.t
+
+    def project(self, points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Where world points appear in the picture.
+
+        Parameters
+        ----------
+        points_mm : ndarray of float64, shape (n, 3)
+            World points, mm.
+
+        Returns
+        -------
+        ndarray of float64, shape (n, 2)
+            (x, y), pixels; NaN for points that are not in front of the camera.
+        """
+        X = points_mm @ self.R.T + self.t
+        z = np.where(X[:, 2:] > 0.0, X[:, 2:], np.nan)
+        return self.pixels(X[:, :2] / z)
+
+    def pixels(self, normalised: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Pixels (x, y), shape (n, 2), of ideal points (x/z, y/z) on the plane z = 1 of the camera, shape (n, 2)."""
+        return distort(normalised, self.dist) * self.K[[0, 1], [0, 1]] + self.K[:2, 2]
+
+    def undistort(self, points_px: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Ideal points (x/z, y/z) on the plane z = 1 of the camera that appear at given pixels.
+
+        Parameters
+        ----------
+        points_px : ndarray of float64, shape (n, 2)
+            (x, y), pixels.
+
+        Returns
+        -------
+        ndarray of float64, shape (n, 2)
+            Exact to 1e-12; NaN where no point of the lens model's monotonic part appears at the pixel.
+        """
+        return undistort((points_px - self.K[:2, 2]) / self.K[[0, 1], [0, 1]], self.dist)
+
+    def rays(self, points_px: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Unit directions, in the world frame, of what appears at given pixels.
+
+        Parameters
+        ----------
+        points_px : ndarray of float64, shape (n, 2)
+            (x, y), pixels.
+
+        Returns
+        -------
+        ndarray of float64, shape (n, 3)
+            From the camera's centre outwards; NaN where `undistort` is NaN.
+        """
+        directions = np.column_stack([self.undistort(points_px), np.ones(len(points_px))]) @ self.R
+        return directions / np.linalg.norm(directions, axis=1, keepdims=True)
+
+    def perturbed(self, delta: NDArray[np.float64]) -> "Camera":
+        """Return the camera after small changes of its parameters.
+
+        Parameters
+        ----------
+        delta : ndarray of float64, shape (15,)
+            In the order of `CAMERA_PARAMETERS`: added to fx, fy, cx, cy (pixels), k1, k2, p1, p2, k3 and t (mm);
+            the rotation becomes Exp([omega]x) R, omega in radians.
+
+        Returns
+        -------
+        Camera
+        """
+        fx, fy, cx, cy = delta[:4]
+        return replace(
+            self,
+            K=self.K + np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 0.0]]),
+            dist=self.dist + delta[4:9],
+            R=rotation(delta[9:12]) @ self.R,
+            t=self.t + delta[12:15],
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rig:
+    """Two cameras in one world frame (mm, z up from the conveyor plane, y along rolling, x across).
+
+    Attributes
+    ----------
+    left, right : Camera
+    covariance : ndarray of float64, shape (30, 30)
+        Covariance (k = 1) of the small changes that `perturbed` takes: the left camera's, then the right one's;
+        pixels, radians, mm. The scale of the board and the heights of the registration boards are not in it.
+    response : str
+        How pixel values follow from light.
+    region_y_mm : tuple of float
+        Measuring region along the rolling direction, on the world's y axis.
+    square_relative_u : float
+        Relative standard uncertainty of the board's squares; every length scales with it.
+    low_mm, high_mm : float
+        Heights of the two registration boards over z = 0.
+    height_u_mm : float
+        Standard uncertainty of those heights.
+    boards : dict of str to ndarray of float64, shape (n, 2)
+        Corners (x, y), pixels, of the registration boards: `left_low`, `right_low`, `left_high`, `right_high`, in
+        the same order of corners; empty where a registration picture is missing.
+    residual_px : float
+        Root mean square of the reprojection residuals of the calibration, per coordinate.
+    has_world : bool
+        False when no registration picture fixed the world frame: the frame is then the left camera's own.
+    """
+
+    left: Camera
+    right: Camera
+    covariance: NDArray[np.float64]
+    response: Response
+    region_y_mm: tuple[float, float]
+    square_relative_u: float
+    low_mm: float
+    high_mm: float
+    height_u_mm: float
+    boards: dict[str, NDArray[np.float64]]
+    residual_px: float
+    has_world: bool = True
+
+    @property
+    def baseline_mm(self) -> float:
+        """Distance between the two projection centres, mm."""
+        return float(np.linalg.norm(self.right.centre_mm - self.left.centre_mm))
+
+    def perturbed(self, delta: NDArray[np.float64]) -> "Rig":
+        """Return the rig after small changes of its parameters, the ones that `covariance` is of.
+
+        Parameters
+        ----------
+        delta : ndarray of float64, shape (30,)
+            The left camera's 15 changes, then the right one's; see `Camera.perturbed`.
+
+        Returns
+        -------
+        Rig
+
+        Raises
+        ------
+        ValueError
+            `delta` has another shape.
+        """
+        if np.shape(delta) != (2 * len(CAMERA_PARAMETERS),):
+            raise ValueError(f"delta: shape {np.shape(delta)} where (30,) is needed")
+        return replace(self, left=self.left.perturbed(delta[:15]), right=self.right.perturbed(delta[15:]))
+
+    def standard_uncertainty(self, quantity: Callable[["Rig"], float]) -> float:
+        """Propagate the covariance to a quantity that follows from the rig.
+
+        Parameters
+        ----------
+        quantity : callable
+            Takes a rig, gives a number; differentiated by central differences of one standard uncertainty.
+
+        Returns
+        -------
+        float
+            Standard uncertainty (k = 1) in the quantity's unit; NaN where the quantity is NaN.
+        """
+        u = np.sqrt(np.diag(self.covariance))
+        slope = np.zeros(len(u))
+        for index in np.flatnonzero(u):
+            step = np.zeros(len(u))
+            step[index] = u[index]
+            difference = quantity(self.perturbed(step)) - quantity(self.perturbed(-step))
+            slope[index] = difference / (2.0 * u[index])
+        return float(np.sqrt(slope @ self.covariance @ slope))
+
+    def to_json(self) -> str:
+        """Write everything as JSON text, floats in full precision."""
+        data: dict[str, object] = {
+            "format_version": FORMAT_VERSION,
+            "left": _camera_values(self.left),
+            "right": _camera_values(self.right),
+            "response": self.response,
+            "region_y_mm": list(self.region_y_mm),
+            "square_relative_u": self.square_relative_u,
+            "low_mm": self.low_mm,
+            "high_mm": self.high_mm,
+            "height_u_mm": self.height_u_mm,
+            "residual_px": self.residual_px,
+            "has_world": self.has_world,
+            "boards": {name: self.boards[name].tolist() for name in BOARD_NAMES},
+            "covariance": self.covariance.tolist(),
+        }
+        return json.dumps(data, indent=1, allow_nan=False) + "\n"
+
+    @classmethod
+    def from_json(cls, text: str) -> Self:
+        """Read what `to_json` wrote.
+
+        Parameters
+        ----------
+        text : str
+            JSON.
+
+        Returns
+        -------
+        Rig
+
+        Raises
+        ------
+        ValueError
+            One sentence naming the key: not JSON, unknown format version, a key missing, a value of a wrong type,
+            shape or range, a number that is not finite, a rotation that is none, a covariance that is none.
+        """
+        fields = Fields.of_text(text)
+        if fields.value("format_version") != FORMAT_VERSION:
+            fields.refuse("format_version", f"this version of the program reads version {FORMAT_VERSION} only")
+        boards = fields.section("boards")
+        return cls(
+            left=_read_camera(fields.section("left")),
+            right=_read_camera(fields.section("right")),
+            covariance=_read_covariance(fields),
+            response=read_response(fields),
+            region_y_mm=_read_interval(fields, "region_y_mm"),
+            square_relative_u=_read_not_negative(fields, "square_relative_u"),
+            low_mm=fields.number("low_mm"),
+            high_mm=fields.number("high_mm"),
+            height_u_mm=_read_not_negative(fields, "height_u_mm"),
+            boards={name: boards.array(name, (None, 2)) for name in BOARD_NAMES},
+            residual_px=_read_not_negative(fields, "residual_px"),
+            has_world=fields.flag("has_world"),
+        )
+
+
+def read_response(fields: Fields) -> Response:
+    """Read the name of a response; `ValueError` names the key and the names allowed."""
+    value: Any = fields.value("response")
+    if value not in get_args(Response):
+        fields.refuse("response", f"one of {', '.join(get_args(Response))} is needed, not {value!r}")
+    return value
+
+
+def _camera_values(camera: Camera) -> dict[str, object]:
+    return {
+        "image_size": list(camera.image_size),
+        "K": camera.K.tolist(),
+        "dist": camera.dist.tolist(),
+        "R": camera.R.tolist(),
+        "t": camera.t.tolist(),
+    }
+
+
+def _read_camera(fields: Fields) -> Camera:
+    K = fields.array("K", (3, 3))
+    if min(K[0, 0], K[1, 1]) <= 0.0 or K[[0, 1, 2, 2], [1, 0, 0, 1]].any() or K[2, 2] != 1.0:
+        fields.refuse("K", "an intrinsic matrix [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] is needed")
+    R = fields.array("R", (3, 3))
+    if np.abs(R @ R.T - np.eye(3)).max() > 1e-9 or np.linalg.det(R) < 0.0:
+        fields.refuse("R", "this is no rotation matrix")
+    return Camera(
+        K=K,
+        dist=fields.array("dist", (5,)),
+        R=R,
+        t=fields.array("t", (3,)),
+        image_size=fields.pair_of_counts("image_size"),
+    )
+
+
+def _read_covariance(fields: Fields) -> NDArray[np.float64]:
+    covariance = fields.array("covariance", (30, 30))
+    u = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    correlation = covariance / np.outer(u, u)
+    symmetric = np.abs(correlation - correlation.T).max() < 1e-6
+    if not symmetric or np.linalg.eigvalsh(correlation).min() < -1e-6:
+        fields.refuse("covariance", "this is no covariance matrix: symmetric, no negative variance")
+    return covariance
+
+
+def _read_interval(fields: Fields, key: str) -> tuple[float, float]:
+    low, high = fields.array(key, (2,)).tolist()
+    if low >= high:
+        fields.refuse(key, f"the first number must be below the second, not {low:g} and {high:g}")
+    return low, high
+
+
+def _read_not_negative(fields: Fields, key: str) -> float:
+    value = fields.number(key)
+    if value < 0.0:
+        fields.refuse(key, f"a number not below zero is needed, not {value:g}")
+    return value

@@ -1,0 +1,299 @@
+"""Calibration of a rig from the corners that both cameras saw.
+
+Zhang's method per camera and the pose most boards agree on give a first guess; then all corners of all pictures are
+adjusted at once, pictures that do not fit are left out, and the covariance of the adjustment becomes the rig's.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.calibration.board import Board
+from vision.calibration.bundle import (
+    K3,
+    N_BOARD,
+    N_CAMERA,
+    N_RIG,
+    POSE,
+    Adjusted,
+    Problem,
+    Scene,
+    Sights,
+    adjust,
+)
+from vision.calibration.initial import HIGH, LOW, Guess, Pose, View, guess, residual_alone_px
+from vision.calibration.rig import BOARD_NAMES, Rig, rotation
+from vision.calibration.verdict import CalibrationError, Dropped, check_height, check_pairs, limits
+
+# Corners of one board in the left and in the right picture, each of shape (n, 2), pixels; None where not found.
+Pair = tuple[NDArray[np.float64] | None, NDArray[np.float64] | None]
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """One picture that the calibration stands on.
+
+    Attributes
+    ----------
+    name : str
+        As its file is named: `left_00`, `right_low`, ...
+    residual_px : float
+        Root mean square of its corners' residuals, per coordinate.
+    """
+
+    name: str
+    residual_px: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Calibration:
+    """A rig that was found good enough, and what it stands on.
+
+    Attributes
+    ----------
+    rig : Rig
+    pictures : tuple of Picture
+        Pictures used.
+    dropped : tuple of Dropped
+        Pictures not used, and why.
+    noise_px : float
+        Standard deviation of a corner's coordinate, from the residuals.
+    baseline_mm, baseline_u_mm : float
+        Distance of the cameras and its standard uncertainty, without the board's scale.
+    warnings : tuple of str
+        What is doubtful.
+    """
+
+    rig: Rig
+    pictures: tuple[Picture, ...]
+    dropped: tuple[Dropped, ...]
+    noise_px: float
+    baseline_mm: float
+    baseline_u_mm: float
+    warnings: tuple[str, ...]
+
+
+def calibrate(
+    poses: Sequence[Pair],
+    low: Pair,
+    high: Pair,
+    board: Board,
+    image_size: tuple[int, int],
+    *,
+    region_y_mm: tuple[float, float] = (-250.0, 250.0),
+    dropped: Sequence[Dropped] = (),
+) -> Calibration:
+    """Calibrate two cameras, with the world frame of the low board.
+
+    The low board lies flat at `board.low_mm`: its centre projected to z = 0 is the origin, x runs along its long
+    side to the right of the left picture, z towards the cameras. The high board lies parallel to it, anywhere, at
+    `board.high_mm` within the standard uncertainty of both heights. k3 of a camera is adjusted only when that
+    lowers Schwarz's information criterion, else it is 0.
+
+    Parameters
+    ----------
+    poses : sequence of pair of ndarray of float64, shape (n, 2), or None
+        Corners (x, y), pixels, in the left and the right picture of each pose, in the order of
+        `Board.corners_mm` (half a turn is allowed where the board's colours do not show it); None where there
+        are none.
+    low, high : pair of the same
+        The registration boards. Without a low one the world is the left camera's frame and `has_world` is false.
+    board : Board
+    image_size : tuple of int
+        (columns, rows) of all pictures.
+    region_y_mm : tuple of float
+        Measuring region for the rig.
+    dropped : sequence of Dropped
+        Pictures in which no board was found, for the report and for the verdict.
+
+    Returns
+    -------
+    Calibration
+
+    Raises
+    ------
+    CalibrationError
+        Not good enough; names all reasons and the pictures left out.
+    ValueError
+        Corners of another shape than the board has, or not finite.
+    """
+    views = _views(poses, low, high, board)
+    check_pairs(views, dropped)
+    try:
+        first = guess(views, board, image_size)
+    except cv2.error as error:
+        raise CalibrationError(["no camera explains the pictures: check board.json"], dropped) from error
+    gone = [*dropped, *(Dropped(view.name, "does not fit the lens: a false grid") for view in first.misfits)]
+    first, loose, fell = _without_misfits(first, board, gone)
+    gone += fell
+    has_high = LOW in first.boards and any(view.board == HIGH for view in first.views)
+    if has_high:
+        _check_high(loose, first, board)
+    k3 = _k3_pays(loose, first)
+    final = adjust(_without_k3(loose.scene, k3), _problem(first, board, k3, height_known=has_high))
+    return _judged(_rig(final, first, board, region_y_mm), final, first, gone, has_high=has_high)
+
+
+def _views(poses: Sequence[Pair], low: Pair, high: Pair, board: Board) -> list[View]:
+    named = {f"{index:02d}": pair for index, pair in enumerate(poses)} | {LOW: low, HIGH: high}
+    views = [
+        View(side, name, corners)
+        for name, pair in named.items()
+        for side, corners in enumerate(pair)
+        if corners is not None
+    ]
+    for view in views:
+        if view.corners_px.shape != (len(board.corners_mm), 2) or not np.isfinite(view.corners_px).all():
+            raise ValueError(f"{view.name}: {len(board.corners_mm)} finite corners are needed")
+    return views
+
+
+def _problem(first: Guess, board: Board, k3: tuple[bool, bool], *, height_known: bool) -> Problem:
+    names = list(first.boards)
+    has_world = LOW in first.boards
+    free = np.ones(N_RIG + N_BOARD * len(names), dtype=bool)
+    free[[K3, N_CAMERA + K3]] = k3
+    if not has_world:
+        free[POSE] = False
+    seen = {view.board for view in first.views}
+    for index, name in enumerate(names):
+        own = free[N_RIG + N_BOARD * index :][:N_BOARD]
+        own[:] = name in seen
+        if has_world and name == LOW:
+            own[:] = False
+        elif has_world and name == HIGH:
+            own[:2] = False
+    sights = [
+        Sights(
+            np.array([names.index(view.board) for view in first.views if view.side == side], dtype=np.intp),
+            np.array([view.corners_px for view in first.views if view.side == side]),
+        )
+        for side in (0, 1)
+    ]
+    u_mm = max(np.sqrt(2.0) * board.height_u_mm, 1e-3)
+    known = (names.index(HIGH), board.high_mm, u_mm) if height_known else None
+    return Problem(board.corners_mm, (sights[0], sights[1]), free, known)
+
+
+def _scene(first: Guess) -> Scene:
+    boards = dict(first.boards)
+    if LOW in boards and HIGH in boards:
+        boards[HIGH] = _flat(boards[HIGH])
+    return Scene(
+        first.cameras,
+        np.array([pose.R for pose in boards.values()]),
+        np.array([pose.t for pose in boards.values()]),
+    )
+
+
+def _flat(pose: Pose) -> Pose:
+    yaw = np.arctan2(pose.R[1, 0] - pose.R[0, 1], pose.R[0, 0] + pose.R[1, 1])
+    return Pose(rotation(np.array([0.0, 0.0, yaw])), pose.t)
+
+
+def _without_misfits(first: Guess, board: Board, gone: Sequence[Dropped]) -> tuple[Guess, Adjusted, list[Dropped]]:
+    """Adjust, and leave out the worst picture as long as it does not fit the others."""
+    fell = list[Dropped]()
+    while True:
+        check_pairs(first.views, [*gone, *fell])
+        adjusted = adjust(_scene(first), _problem(first, board, (True, True), height_known=False))
+        bad = _worst(first, adjusted, board)
+        if not bad:
+            return first, adjusted, fell
+        fell += [Dropped(view.name, reason) for view, reason in bad.items()]
+        first = replace(first, views=[view for view in first.views if view not in bad])
+
+
+def _worst(first: Guess, adjusted: Adjusted, board: Board) -> dict[View, str]:
+    """Pictures to leave out, with reasons: the worst one, or both of its pair when each alone is right."""
+    residuals = _by_view(first, adjusted)
+    limit = max(0.1, 3.0 * float(np.median(list(residuals.values()))))
+    worst = max(residuals, key=lambda view: residuals[view])
+    if residuals[worst] <= limit:
+        return {}
+    pair = [view for view in first.views if view.board == worst.board]
+    alone = {view: residual_alone_px(view, adjusted.scene.cameras[view.side], board) for view in pair}
+    wrong = {view: f"no regular grid, residual {px:.2f} px" for view, px in alone.items() if px > limit}
+    if wrong:
+        return wrong
+    if worst.board == HIGH and LOW in first.boards:
+        return dict.fromkeys(pair, f"the high board does not lie parallel to the low one, {residuals[worst]:.2f} px")
+    reason = f"left and right do not fit together, {residuals[worst]:.2f} px: swapped, or the board moved"
+    return dict.fromkeys(pair, reason)
+
+
+def _by_view(first: Guess, adjusted: Adjusted) -> dict[View, float]:
+    ordered = [view for side in (0, 1) for view in first.views if view.side == side]
+    return dict(zip(ordered, np.concatenate(adjusted.pictures_px).tolist(), strict=True))
+
+
+def _check_high(loose: Adjusted, first: Guess, board: Board) -> None:
+    index = list(first.boards).index(HIGH)
+    u_pictures_mm = np.sqrt(loose.covariance[N_RIG + N_BOARD * index + 5, N_RIG + N_BOARD * index + 5])
+    u_scale_mm = board.square_relative_u * (board.high_mm - board.low_mm)
+    u_mm = float(np.sqrt(u_pictures_mm**2 + u_scale_mm**2 + 2.0 * board.height_u_mm**2))
+    check_height(float(loose.scene.t[index, 2]), u_mm, board.high_mm)
+
+
+def _k3_pays(loose: Adjusted, first: Guess) -> tuple[bool, bool]:
+    """Schwarz's criterion for one parameter: chi square must fall by more than ln n."""
+    ln_n = np.log(2.0 * sum(len(view.corners_px) for view in first.views))
+    indices = (K3, N_CAMERA + K3)
+    left, right = (
+        bool(camera.dist[4] ** 2 > ln_n * loose.covariance[index, index])
+        for camera, index in zip(loose.scene.cameras, indices, strict=True)
+    )
+    return left, right
+
+
+def _without_k3(scene: Scene, k3: tuple[bool, bool]) -> Scene:
+    left, right = (
+        camera if pays else replace(camera, dist=camera.dist * [1.0, 1.0, 1.0, 1.0, 0.0])
+        for camera, pays in zip(scene.cameras, k3, strict=True)
+    )
+    return replace(scene, cameras=(left, right))
+
+
+def _rig(final: Adjusted, first: Guess, board: Board, region_y_mm: tuple[float, float]) -> Rig:
+    corners = {view.name: view.corners_px for view in first.views}
+    return Rig(
+        left=final.scene.cameras[0],
+        right=final.scene.cameras[1],
+        covariance=final.covariance[:N_RIG, :N_RIG],
+        response=board.response,
+        region_y_mm=region_y_mm,
+        square_relative_u=board.square_relative_u,
+        low_mm=board.low_mm,
+        high_mm=board.high_mm,
+        height_u_mm=board.height_u_mm,
+        boards={name: corners.get(name, np.empty((0, 2))) for name in BOARD_NAMES},
+        residual_px=final.residual_px,
+        has_world=LOW in first.boards,
+    )
+
+
+def _judged(rig: Rig, final: Adjusted, first: Guess, gone: Sequence[Dropped], *, has_high: bool) -> Calibration:
+    scene = final.scene
+    seen = {view.board for view in first.views}
+    boards = [Pose(R, t) for name, R, t in zip(first.boards, scene.R, scene.t, strict=True) if name in seen]
+    judged = limits(rig, first.views, boards)
+    reasons = [limit.text for limit in judged if limit.broken]
+    if reasons:
+        raise CalibrationError(reasons, gone)
+    warnings = [limit.text for limit in judged if limit.close]
+    if not rig.has_world:
+        warnings.append("the world frame is missing: no picture of the low board; the gauge cannot measure with this")
+    elif not has_high:
+        warnings.append("no picture of the high board: the heights are not checked")
+    return Calibration(
+        rig=rig,
+        pictures=tuple(Picture(view.name, px) for view, px in _by_view(first, final).items()),
+        dropped=tuple(gone),
+        noise_px=final.noise_px,
+        baseline_mm=rig.baseline_mm,
+        baseline_u_mm=rig.standard_uncertainty(lambda rig: rig.baseline_mm),
+        warnings=tuple(warnings),
+    )
