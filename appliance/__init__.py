@@ -1,1 +1,7 @@
 """The appliance: cameras to vision to PLC, everything with a clock, a file or a socket."""
+
+import os
+
+# The matrices here are small. On two busy cores a second thread of the linear algebra library waits by spinning,
+# and makes a calibration of 0.1 s last 3 s. The library reads this once, when numpy is first imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

@@ -10,7 +10,7 @@ from appliance.mill.bars import bar_at, truth
 from appliance.mill.boards import Board, BoardCorners, observe
 from appliance.mill.rig import default_rig
 from appliance.mill.scene import Scene
-from appliance.mill.sensor import Sensor
+from appliance.mill.sensor import Response, Sensor
 
 EXPOSURE_US = 500.0
 PRINT_STREAM, DETECTOR_STREAM = 1, 2  # of random numbers: a board's errors know nothing of its pictures' noise
@@ -44,7 +44,7 @@ class MillSource:
         self._rig = default_rig()
         self._sensor = Sensor()
         self.board = Board.with_errors(np.random.default_rng([seed, PRINT_STREAM]))
-        self.response = self._sensor.response
+        self.response: Response = self._sensor.response
         self.image_size = self._rig.left.image_size
 
     def __enter__(self) -> Self:

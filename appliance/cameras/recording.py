@@ -110,6 +110,7 @@ class RecordingSource:
     def __enter__(self) -> Self:
         """Open the recording; raises `CameraError` like `Recording`, and for a `timestamps.csv` that is wrong."""
         self._recording = Recording(self._folder)
+        self._lap = 0
         self._lap_start = 0
         self._stamps = _Stamps(self._folder, self._rate_hz)
         self._pacer = Pacer(self._rate_hz)
@@ -134,7 +135,7 @@ class RecordingSource:
             return None
         sequence, moment_s = due
         number, left, right = self._pair(sequence)
-        left_us, right_us = self._stamps.of(number, sequence, self._lap_start)
+        left_us, right_us = self._stamps.of(number, sequence, self._lap)
         return FramePair(
             left,
             right,
@@ -149,8 +150,12 @@ class RecordingSource:
     def _pair(self, sequence: int) -> tuple[int, Picture, Picture]:
         pair = self._recording.read(sequence - self._lap_start)
         if pair is None and self._loop:
-            self._lap_start = sequence
-            pair = self._recording.read(0)
+            # pairs that nobody took count: a gauge that is slow sees later frames, not always the first
+            laps, position = divmod(sequence - self._lap_start, max(1, len(self._recording)))
+            position = position if laps else 0  # a video may be shorter than its header says
+            self._lap += max(1, laps)
+            self._lap_start = sequence - position
+            pair = self._recording.read(position)
         if pair is None:
             raise EndOfRecording(f"{self._folder}: the recording is over; play it again or let it loop")
         return pair
@@ -163,21 +168,17 @@ class _Stamps:
         self._path = folder / "timestamps.csv"
         self._rate_hz = rate_hz
         self._table = _read_stamps(self._path) if self._path.is_file() else None
-        self._lap_start = 0
-        self._moved_us = 0
 
-    def of(self, number: int, sequence: int, lap_start: int) -> tuple[int, int]:
+    def of(self, number: int, sequence: int, lap: int) -> tuple[int, int]:
         """Time stamps of both exposures of a frame, µs."""
         if self._table is None:
             steady_us = device_us(sequence, self._rate_hz)
             return steady_us, steady_us
         if number not in self._table:
             raise CameraError(f"{self._path}: no row for frame {number}; complete the file or remove it")
-        if lap_start != self._lap_start:
-            self._lap_start = lap_start
-            self._moved_us += _lap_us(self._table)
+        moved_us = lap * _lap_us(self._table)
         left_us, right_us = self._table[number]
-        return left_us + self._moved_us, right_us + self._moved_us
+        return left_us + moved_us, right_us + moved_us
 
 
 def _lap_us(table: dict[int, tuple[int, int]]) -> int:

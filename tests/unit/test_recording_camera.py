@@ -1,3 +1,5 @@
+import time
+
 import cv2
 import numpy as np
 import pytest
@@ -263,3 +265,15 @@ def test_a_video_that_cannot_be_opened_is_named(tmp_path):
 def test_the_path_traced_recordings_play(recordings):
     recording = Recording(recordings / "line_a" / "scenes" / "s1_clean")
     assert [(number, left.shape) for number, left, _ in recording] == [(0, (1520, 2704, 3)), (1, (1520, 2704, 3))]
+
+
+def test_a_slow_reader_of_a_loop_sees_all_its_frames(tmp_path):
+    seen = set()
+    with RecordingSource(write_pictures(tmp_path, range(3)), rate_hz=100, loop=True) as source:
+        for _ in range(12):
+            pair = source.next(1.0)
+            frame = pair.sequence % 3
+            assert np.array_equal(pair.left, picture(2 * frame))
+            seen.add(frame)
+            time.sleep(0.025)
+    assert seen == {0, 1, 2}

@@ -53,7 +53,7 @@ class LimbLight:
     clipped_share: float
 
 
-def uncertainty_budget(fit: CylinderFit, points: EdgePoints, rig: Rig, light: list[LimbLight]) -> Budget:
+def uncertainty_budget(fit: CylinderFit, points: EdgePoints, windows: int, rig: Rig, light: list[LimbLight]) -> Budget:
     """All parts of the diameter's uncertainty.
 
     Parameters
@@ -61,6 +61,8 @@ def uncertainty_budget(fit: CylinderFit, points: EdgePoints, rig: Rig, light: li
     fit : CylinderFit
     points : EdgePoints
         What was fitted.
+    windows : int
+        Number of windows along the bar.
     rig : Rig
     light : list of LimbLight
         Of each limb, in the order of `points.limb`.
@@ -75,7 +77,8 @@ def uncertainty_budget(fit: CylinderFit, points: EdgePoints, rig: Rig, light: li
     reach_mm = np.array([_reach_mm(fit, points, limb) for limb in range(len(light))])
     shift_px = np.array([_response_shift_px(one) for one in light])
     clipped_px = np.array([CLIPPED_SHIFT_PX * one.clipped_share for one in light])
-    off_px = np.array([_off_px(fit, points, limb) for limb in range(len(light))])
+    window_px = points.window_medians(np.where(fit.weight > 0, fit.residual_px, np.nan), windows)
+    off_px = np.array([_off_px(of_limb[np.isfinite(of_limb)]) for of_limb in window_px])
     return Budget(
         edge_mm=fit.u_diameter_mm,
         calibration_mm=_calibration_mm(fit, points, rig),
@@ -101,14 +104,13 @@ def _response_shift_px(light: LimbLight) -> float:
     return float(light.blur_px * special.ndtri((level - dark) / (1 - dark)))
 
 
-def _off_px(fit: CylinderFit, points: EdgePoints, limb: int) -> float:
+def _off_px(windows: Array) -> float:
     """How far a limb may be off as a whole: as far as its windows are off each other, and a little more."""
-    mine = (points.limb == limb) & (fit.weight > 0)
-    windows = np.array(
-        [np.median(fit.residual_px[mine & (points.window == window)]) for window in np.unique(points.window[mine])]
-    )
-    spread = 1.4826 * np.median(np.abs(windows - np.median(windows)))
-    return float(np.sqrt(U_PLACE_PX**2 + spread**2 + np.median(windows) ** 2))
+    if not len(windows):
+        return 0.0  # a limb that the fit left out moves nothing
+    middle = np.median(windows)
+    spread = 1.4826 * np.median(np.abs(windows - middle))
+    return float(np.sqrt(U_PLACE_PX**2 + spread**2 + middle**2))
 
 
 def _calibration_mm(fit: CylinderFit, points: EdgePoints, rig: Rig) -> float:

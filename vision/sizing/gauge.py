@@ -19,6 +19,7 @@ from vision.sizing.points import EdgePoints
 from vision.sizing.region import RegionGrid, Stripe
 
 Image = NDArray[np.uint8]
+Array = NDArray[np.float64]
 
 WINDOW_MM = 20.0  # one strip along the bar
 WINDOW_AGREES_PX = 0.5  # how far the median of a window's edge points may be off on any limb
@@ -27,7 +28,7 @@ WEAK_CONTRAST = 2.0  # light of the bar over that of its background
 CLIPPED_MOST = 0.5  # share of a limb's points: beyond it there is nothing left to measure
 DIAMETER_MM = (40.0, 500.0)
 OFF_ROLLERS_SHARE, OFF_ROLLERS_MM = 0.02, 12.0  # of the diameter, and beside it: how high a bar may bounce
-WORST_LIMB_PX = 1.5  # how far a robust line through a limb's points may be off the cylinder
+WORST_LIMB_PX = 1.5  # how far the middle one of a limb's windows may be off the cylinder
 U_MAX_MM = 0.25  # uncertainty that costs no trust, as long as no tolerance is set
 
 
@@ -115,13 +116,14 @@ class TangentGauge:
         if fit is None:
             return SizeReading(reasons=reasons | Reason.FIT_FAILED)
         total = round((self.rig.region_y_mm[1] - self.rig.region_y_mm[0]) / WINDOW_MM)
-        kept = _windows_kept(fit, points, total)
-        reasons |= _reasons_of_fit(fit, points, self.rig.region_y_mm)
+        window_px = points.window_medians(fit.residual_px, total)
+        kept = int(np.count_nonzero(np.all(np.abs(window_px) <= WINDOW_AGREES_PX, axis=0)))
+        reasons |= _reasons_of_fit(fit, window_px, self.rig.region_y_mm)
         if 2 * kept < total:
             reasons |= Reason.FEW_WINDOWS
         if reasons.forbids_value:
             return SizeReading(reasons=reasons, windows_kept=kept, windows_total=total)
-        budget = uncertainty_budget(fit, points, self.rig, [_light(limb) for limb in limbs])
+        budget = uncertainty_budget(fit, points, total, self.rig, [_light(limb) for limb in limbs])
         return _reading(fit, budget, reasons, kept, total)
 
 
@@ -159,36 +161,16 @@ def _reasons_of_limbs(limbs: list[LimbPoints]) -> Reason:
     return reasons
 
 
-def _reasons_of_fit(fit: CylinderFit, points: EdgePoints, region_y_mm: tuple[float, float]) -> Reason:
+def _reasons_of_fit(fit: CylinderFit, window_px: Array, region_y_mm: tuple[float, float]) -> Reason:
     _, z0, _, slope_z, radius_mm = fit.parameters
     reasons = Reason.NONE
-    if _worst_limb_px(fit, points) > WORST_LIMB_PX:
+    if np.abs(np.nanmedian(window_px, axis=1)).max() > WORST_LIMB_PX:
         reasons |= Reason.VIEWS_DISAGREE
     end_mm = np.abs(np.array(region_y_mm) * slope_z + z0 - radius_mm).max()
     on_rollers = end_mm <= OFF_ROLLERS_SHARE * 2 * radius_mm + OFF_ROLLERS_MM
     if not (DIAMETER_MM[0] <= 2 * radius_mm <= DIAMETER_MM[1] and on_rollers):
         reasons |= Reason.IMPLAUSIBLE
     return reasons
-
-
-def _worst_limb_px(fit: CylinderFit, points: EdgePoints) -> float:
-    """Largest distance of a limb from the cylinder, in the middle of a robust line through its points."""
-    off_px = []
-    for limb in np.unique(points.limb):
-        mine = points.limb == limb
-        window = points.window[mine].astype(np.float64)
-        slope, intercept = straight(window, fit.residual_px[mine])
-        off_px.append(abs(slope * np.median(window) + intercept))
-    return float(max(off_px))
-
-
-def _windows_kept(fit: CylinderFit, points: EdgePoints, total: int) -> int:
-    """Windows in which every limb has edge points, and their median lies on the cylinder."""
-    medians = np.full((int(points.limb.max()) + 1, total), np.nan)
-    for limb, window in np.unique(np.column_stack([points.limb, points.window]), axis=0):
-        mine = (points.limb == limb) & (points.window == window)
-        medians[limb, min(window, total - 1)] = np.median(fit.residual_px[mine])
-    return int(np.count_nonzero(np.all(np.abs(medians) <= WINDOW_AGREES_PX, axis=0)))
 
 
 def _light(limb: LimbPoints) -> LimbLight:

@@ -15,9 +15,11 @@ from vision.sizing.region import PLANE_HEIGHT_MM
 
 Array = NDArray[np.float64]
 
+LINE_ROUNDS = 6
 SPACING_PX = 1.0  # along the limb: each point then has its own pixels
 STEP_PX = 0.25  # along a profile
 SEARCH_PX = 18.0  # half length of the first profiles: the grid knows the limb to a few pixels
+INSIDE_PX = 8.0  # from the rough limb: surely on the bar
 FIRST_BLUR_PX = 1.5  # taken for the wide pass; the narrow one uses what that one found
 REFINE_PX = 9.0  # half length of the second ones, around a straight line
 CLIPPED_CODE = 250  # from here a channel may have lost light
@@ -70,10 +72,14 @@ def straight(y: Array, x: Array) -> Array:
     low, high = order[:third], order[-third:]
     slope = (np.median(x[high]) - np.median(x[low])) / (np.median(y[high]) - np.median(y[low]))
     line = np.array([slope, np.median(x - slope * y)])
-    for _ in range(10):
+    for _ in range(LINE_ROUNDS):
         residual = x - _at(line, y)
         ratio = residual / (4.685 * max(1.4826 * float(np.median(np.abs(residual))), 1e-9))
-        line = np.polyfit(y, x, 1, w=np.where(np.abs(ratio) < 1, 1 - ratio**2, 0.0))
+        weight = np.where(np.abs(ratio) < 1, (1 - ratio**2) ** 2, 0.0)
+        middle_y, middle_x = weight @ y / weight.sum(), weight @ x / weight.sum()
+        off_y = weight * (y - middle_y)
+        slope = off_y @ (x - middle_x) / (off_y @ (y - middle_y))
+        line = np.array([slope, middle_x - slope * middle_y])
     return line
 
 
@@ -117,20 +123,22 @@ class LimbFinder:
             From the brightest colour channel that is not overexposed along the limb, else from the one that is
             least overexposed.
         """
-        channels = [image] if image.ndim == 2 else [image[:, :, index] for index in range(3)]
-        channels.sort(key=lambda channel: self._brightness(channel, line, side), reverse=True)
+        planes = image[:, :, None] if image.ndim == 2 else image
         tried: list[LimbPoints] = []
-        for channel in channels:
-            tried.append(self._two_passes(channel, line, side))
+        for index in np.argsort(-self._brightness(planes, line, side)):
+            tried.append(self._two_passes(planes[:, :, index], line, side))
             if tried[-1].clipped_share <= CLIPPED_FEW:
                 break
         return min(tried, key=lambda limb: limb.clipped_share)
 
-    def _brightness(self, channel: NDArray[np.uint8], line: Array, side: int) -> float:
-        """Median light just inside the limb."""
+    def _brightness(self, planes: NDArray[np.uint8], line: Array, side: int) -> Array:
+        """Median code value of each channel just inside the limb, shape (channels,)."""
         point, normal, _ = self._across(line, side, 8.0)
-        inside = self._profiles(channel, point, normal, np.linspace(4.0, SEARCH_PX, 8))
-        return float(np.nanmedian(inside)) if np.isfinite(inside).any() else 0.0
+        inside = np.rint(point + INSIDE_PX * normal)
+        rows, columns = planes.shape[:2]
+        seen = np.all((inside >= 0) & (inside < [columns, rows]), axis=1)
+        x, y = inside[seen].astype(int).T
+        return np.median(planes[y, x], axis=0) if seen.any() else np.zeros(planes.shape[2])
 
     def _two_passes(self, channel: NDArray[np.uint8], line: Array, side: int) -> LimbPoints:
         """A wide pass around the rough line, then a narrow one around the straight line through its points."""

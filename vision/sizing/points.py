@@ -81,3 +81,30 @@ class EdgePoints:
             direction[mine] = camera.rays(self.point_px[mine])
             focal[mine] = camera.K[0, 0]
         return EdgeRays(origin, direction, self.side, focal, self.limb, self.window)
+
+    def window_medians(self, values: Array, windows: int) -> Array:
+        """Median of a value of the points over each window of each limb.
+
+        Parameters
+        ----------
+        values : ndarray of float64, shape (n,)
+            NaN for points that do not count.
+        windows : int
+            Number of windows; points beyond the last count to it.
+
+        Returns
+        -------
+        ndarray of float64, shape (limbs, windows)
+            NaN where a window has no points.
+        """
+        counting = np.isfinite(values)
+        values = values[counting]
+        strip = (self.limb * windows + np.minimum(self.window, windows - 1))[counting]
+        order = np.lexsort((values, strip))
+        count = np.bincount(strip, minlength=(int(self.limb.max()) + 1) * windows)
+        first = np.cumsum(count) - count
+        low, high = (first + np.maximum(count - 1, 0) // 2), first + count // 2
+        ranked = np.append(values[order], np.nan)
+        last = len(values)
+        medians = 0.5 * (ranked[np.minimum(low, last)] + ranked[np.minimum(high, last)])
+        return np.where(count > 0, medians, np.nan).reshape(-1, windows)

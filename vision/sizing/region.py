@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 
 PLANE_HEIGHT_MM = 100.0  # between the axis heights of the smallest and of the largest bar
 ROW_STEP_MM = 5.0
+COLUMN_STEP_PX = 2.0
 REACH_MM = 1500.0  # across the line, either side
 LEAST_WIDTH_MM = 40.0  # narrower bright stripes are sparks, rails, reflections
 LEAST_COVER = 0.6  # share of the region's rows that a bar must cross
@@ -60,7 +61,7 @@ class RegionGrid:
     def __init__(self, camera: Camera, region_y_mm: tuple[float, float]) -> None:
         rows = max(2, round((region_y_mm[1] - region_y_mm[0]) / ROW_STEP_MM) + 1)
         self.y_mm = np.linspace(*region_y_mm, rows)
-        self.column_step_mm = _pixel_size_mm(camera)
+        self.column_step_mm = COLUMN_STEP_PX * _pixel_size_mm(camera)
         x_mm = np.arange(-REACH_MM, REACH_MM, self.column_step_mm)
         pixel = project_plane(camera, x_mm, self.y_mm)
         width, height = camera.image_size

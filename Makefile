@@ -1,0 +1,51 @@
+# `make run` and `make test` do all the set-up: they need Python 3.11 or later, make and git.
+
+SHELL := /bin/bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DEFAULT_GOAL := run
+.PHONY: run test lint types contracts packages
+
+VENV := .venv
+BIN := $(VENV)/bin
+PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
+
+run: $(VENV)/installed
+	$(BIN)/hotgauge run
+
+test: packages lint types contracts
+	$(BIN)/python -m pytest --cov
+
+lint: $(VENV)/installed-dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(VENV)/installed-dev
+	PYRIGHT_PYTHON_IGNORE_WARNINGS=1 $(BIN)/pyright
+
+contracts: $(VENV)/installed-dev
+	$(BIN)/lint-imports --no-logo
+
+# mbpoll is a Modbus client that nobody here wrote; the tests read the appliance with it
+packages:
+	@if command -v mbpoll > /dev/null; then exit 0; fi; \
+	if [ "$$(id -u)" = 0 ]; then as_root=(); \
+	elif sudo -n true 2> /dev/null; then as_root=(sudo -n); \
+	else echo "make test: the tests need the Debian package mbpoll; install it as root: apt-get install mbpoll" >&2; exit 1; fi; \
+	"$${as_root[@]}" apt-get update -qq; \
+	"$${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -qq -y mbpoll > /dev/null
+
+$(VENV)/installed: $(BIN)/python pyproject.toml constraints.txt
+	$(PIP_INSTALL) -e .
+	@touch $@
+
+$(VENV)/installed-dev: $(BIN)/python pyproject.toml constraints.txt
+	$(PIP_INSTALL) -e '.[dev]'
+	@touch $@ $(VENV)/installed
+
+$(BIN)/python:
+	@for python in python3 python3.11 python3.12 python3.13; do \
+		if "$$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2> /dev/null; then \
+			"$$python" -m venv $(VENV) || { rm -rf $(VENV); exit 1; }; exit 0; \
+		fi; \
+	done; \
+	echo "make: no Python 3.11 or later is on the path; install it, on Debian: apt-get install python3 python3-venv" >&2; exit 1

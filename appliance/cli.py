@@ -1,0 +1,287 @@
+"""The command line: trouble is one sentence and exit code 2; only commands that need pictures load image libraries."""
+
+import argparse
+import asyncio
+import contextlib
+import difflib
+import itertools
+import logging
+import os
+import signal
+import sys
+from collections.abc import Callable, Generator, Sequence
+from pathlib import Path
+from typing import NoReturn
+
+from appliance import settings as settings_file
+from appliance.settings import PlcSettings, RecordingCamera, Settings
+from appliance.supervisor import StartRefusedError, Supervisor
+from plc import export
+from plc.registers import REGISTERS
+
+EXIT_TROUBLE = 2
+EXIT_INTERRUPTED = 130
+
+
+class CommandError(Exception):
+    """The command cannot do what it was asked for; the message says what, where and what to do."""
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors are one sentence."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(EXIT_TROUBLE, f"hotgauge: {message}; see `{self.prog} --help`\n")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Parameters
+    ----------
+    arguments : sequence of str or None
+        Command line without the program's name; None takes the process's own.
+
+    Returns
+    -------
+    int
+        Exit code: 0 done, 2 trouble, 130 interrupted.
+    """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        _check_command(words[:1])
+        given = _parser().parse_args(words)
+        given.run(given)
+        sys.stdout.flush()
+    except (CommandError, settings_file.SettingsError) as error:
+        print(f"hotgauge: {error}", file=sys.stderr)
+        return EXIT_TROUBLE
+    except KeyboardInterrupt:
+        return EXIT_INTERRUPTED
+    except BrokenPipeError:  # `hotgauge registers | head` is nobody's error
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return 0
+
+
+def _check_command(words: Sequence[str]) -> None:
+    for word in words:
+        if word in COMMANDS or word.startswith("-"):
+            return
+        near = difflib.get_close_matches(word, COMMANDS, n=1)
+        advice = f"did you mean {near[0]}?" if near else "commands are " + ", ".join(COMMANDS)
+        raise CommandError(f"there is no command {word}; {advice}")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(prog="hotgauge", description="Measures hot rolled bars and serves the PLC.")
+    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+    for name, (run, text, add_arguments) in COMMANDS.items():
+        command = commands.add_parser(name, help=text, description=f"{text}.")
+        command.set_defaults(run=run)
+        add_arguments(command)
+    return parser
+
+
+def _add_config(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--config", type=Path, metavar="FILE", help="settings in TOML; without: the defaults")
+
+
+def _add_recording_and_rig(command: argparse.ArgumentParser) -> None:
+    command.add_argument("recording", type=Path, metavar="RECORDING", help="folder with left and right pictures")
+    command.add_argument("--rig", type=Path, required=True, help="calibration from `hotgauge calibrate`")
+
+
+def _run(given: argparse.Namespace) -> None:
+    _serve(settings_file.load(given.config))
+
+
+def _add_replay(command: argparse.ArgumentParser) -> None:
+    _add_recording_and_rig(command)
+    _add_config(command)
+
+
+def _replay(given: argparse.Namespace) -> None:
+    settings = settings_file.load(given.config)
+    camera = RecordingCamera(kind="recording", path=given.recording)
+    sizing = settings.sizing.model_copy(update={"camera": camera, "rig": given.rig})
+    _serve(settings.model_copy(update={"sizing": sizing}))
+
+
+def _serve(settings: Settings) -> None:
+    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(message)s")
+    try:
+        asyncio.run(_supervise(settings))
+    except StartRefusedError as error:
+        raise CommandError(str(error)) from error
+
+
+async def _supervise(settings: Settings) -> None:
+    supervisor = Supervisor(settings)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        asyncio.get_running_loop().add_signal_handler(number, supervisor.stop)
+    await supervisor.run(lambda port: print("\n".join(_welcome(settings, port)), flush=True))
+
+
+def _welcome(settings: Settings, port: int) -> list[str]:
+    address = next(row.address for row in REGISTERS if row.name == "diameter")
+    host = "127.0.0.1" if settings.plc.host in {"0.0.0.0", "::"} else settings.plc.host  # noqa: S104
+    order = " -B" if settings.plc.word_order == "big" else ""
+    camera = settings.sizing.camera
+    source = f"the recording {camera.path}" if isinstance(camera, RecordingCamera) else "the simulated mill"
+    return [
+        f"Hotgauge measures {source} and serves Modbus TCP on {settings.plc.host}:{port}",
+        f"  live values      hotgauge poll {host} --port {port}",
+        f"  diameter, in mm  mbpoll -m tcp -a 1 -p {port} -0 -1 -t 3:float{order} -r {address} {host}",
+        "  register map     hotgauge registers --format markdown",
+        "  stop             Ctrl-C",
+    ]
+
+
+def _add_check_config(command: argparse.ArgumentParser) -> None:
+    command.add_argument("config", type=Path, nargs="?", metavar="FILE", help="settings in TOML")
+
+
+def _check_config(given: argparse.Namespace) -> None:
+    settings = settings_file.load(given.config)
+    print(f"# {given.config or 'the defaults'}: good; in force:")
+    for row, value in settings_file.in_force(settings):
+        print(f"{row.key} = {value}  # {row.allowed}; {row.text}" if value else f"# {row.key}  # {row.text}")
+
+
+def _add_measure(command: argparse.ArgumentParser) -> None:
+    _add_recording_and_rig(command)
+    command.add_argument(
+        "--output", type=Path, required=True, metavar="FILE", help="readings; CSV if it ends in .csv, else JSON lines"
+    )
+    command.add_argument("--method", choices=("tangent",), default="tangent", help="route to the diameter")
+
+
+def _measure(given: argparse.Namespace) -> None:
+    from appliance.cameras.source import CameraError
+    from appliance.measure import measure_recording
+    from appliance.rigs import RigError
+
+    try:
+        measure_recording(given.recording, given.rig, given.output)
+    except (CameraError, RigError) as error:
+        raise CommandError(str(error)) from error
+    except OSError as error:
+        raise CommandError(f"{given.output}: {error.strerror}; give a file in a writable folder") from error
+
+
+_BOARD_NUMBERS = ("square_mm", "square_u_mm", "low_mm", "high_mm", "height_u_mm")
+
+
+def _add_calibrate(command: argparse.ArgumentParser) -> None:
+    command.add_argument("folder", type=Path, metavar="DIR", help="rig folder: pictures of the board, board.json")
+    command.add_argument("--output", type=Path, required=True, metavar="FILE", help="rig file to write")
+    region = command.add_argument("--region", type=float, nargs=2, default=(-250.0, 250.0), metavar=("FROM", "TO"))
+    region.help = "measuring region along the rolling direction, mm; -250 250 unless given"
+    board = command.add_argument_group("in place of what board.json says")
+    board.add_argument("--squares", type=int, nargs=2, metavar=("LONG", "SHORT"))
+    for name in _BOARD_NUMBERS:
+        board.add_argument(f"--{name.replace('_', '-')}", type=float, metavar="MM")
+    board.add_argument("--response", choices=("srgb", "linear", "gamma 2.2"))
+
+
+def _calibrate(given: argparse.Namespace) -> None:
+    from appliance.calibrate import calibrate_folder, report_lines
+    from appliance.rigs import RigError, save_rig
+    from vision.calibration.verdict import CalibrationError
+
+    board = {name: getattr(given, name) for name in ("squares", *_BOARD_NUMBERS, "response")}
+    overrides = {name: value for name, value in board.items() if value is not None}
+    try:
+        with _progress("picture pair") as progress:
+            calibration = calibrate_folder(given.folder, overrides, tuple(given.region), progress)
+        save_rig(calibration.rig, given.output)
+    except (CalibrationError, RigError) as error:
+        raise CommandError(str(error)) from error
+    print("\n".join([*report_lines(calibration), f"written to    {given.output}"]))
+
+
+@contextlib.contextmanager
+def _progress(unit: str) -> Generator[Callable[[int, int], None]]:
+    """A progress bar on a terminal, nothing on a pipe; gets how many are done, of how many."""
+    from tqdm import tqdm
+
+    with tqdm(unit=unit, disable=None) as bar:
+
+        def show(done: int, total: int) -> None:
+            bar.total = total
+            bar.update(done - bar.n)
+
+        yield show
+
+
+def _add_simulate(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--output", type=Path, required=True, metavar="DIR", help="new folder for the recording")
+    command.add_argument("--seed", type=_whole_number, default=1, help="seed of bars and noise, 1 unless given")
+    command.add_argument("--frames", type=_whole_number, default=50, help="image pairs, 50 unless given")
+
+
+def _whole_number(text: str) -> int:
+    number = int(text)
+    if number < 0:
+        raise ValueError
+    return number
+
+
+def _simulate(given: argparse.Namespace) -> None:
+    from appliance.mill.writer import OutputError, write_recording
+
+    try:
+        with _progress("picture") as on_progress:
+            write_recording(given.output, given.seed, given.frames, on_progress=on_progress)
+    except OutputError as error:
+        raise CommandError(str(error)) from error
+    print(f"{given.output}: {given.frames} image pairs and the pictures for the calibration of their cameras")
+    print(f"  next: hotgauge calibrate {given.output} --output rig.json")
+
+
+def _add_registers(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--format", choices=("markdown", "csv", "json", "st"), default="markdown")
+
+
+def _registers(given: argparse.Namespace) -> None:
+    texts = {
+        "markdown": export.to_markdown,
+        "csv": export.to_csv,
+        "json": export.to_json,
+        "st": export.to_structured_text,
+    }
+    sys.stdout.write(texts[given.format]())
+
+
+def _add_poll(command: argparse.ArgumentParser) -> None:
+    port = PlcSettings.model_fields["port"].default
+    command.add_argument("host", metavar="HOST", help="name or address of the gauge")
+    command.add_argument("--port", type=int, default=port, help=f"TCP port, {port} unless given")
+    command.add_argument("--count", type=_whole_number, help="number of polls; without: until Ctrl-C")
+    command.add_argument("--word-order", choices=("big", "little"), default="big", help="as set in the gauge")
+
+
+def _poll(given: argparse.Namespace) -> None:
+    from plc.client import PollError, poll, snapshot_lines
+
+    try:
+        snapshots = poll(given.host, given.port, word_order=given.word_order)
+        for snapshot in itertools.islice(snapshots, given.count):
+            print("\n".join(snapshot_lines(snapshot)), end="\n\n", flush=True)
+    except PollError as error:
+        raise CommandError(str(error)) from error
+
+
+_Run = Callable[[argparse.Namespace], None]
+_AddArguments = Callable[[argparse.ArgumentParser], None]
+
+COMMANDS: dict[str, tuple[_Run, str, _AddArguments]] = {
+    "run": (_run, "Measure and serve until stopped; without settings: the simulated mill", _add_config),
+    "replay": (_replay, "Measure and serve a recording, again and again, until stopped", _add_replay),
+    "check-config": (_check_config, "Check a settings file and show what is in force", _add_check_config),
+    "calibrate": (_calibrate, "Calibrate two cameras from pictures of a checkerboard", _add_calibrate),
+    "measure": (_measure, "Measure a recording and write its readings to a file", _add_measure),
+    "simulate": (_simulate, "Write a recording of the simulated mill, with truth", _add_simulate),
+    "registers": (_registers, "Print the register map", _add_registers),
+    "poll": (_poll, "Show a gauge's live values, as a PLC reads them", _add_poll),
+}

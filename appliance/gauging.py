@@ -1,0 +1,75 @@
+"""The gauge as the appliance uses it: with the clock that it must not have, and a sentence for a wrong rig."""
+
+import json
+import time
+
+import numpy as np
+from numpy.typing import NDArray
+
+from appliance.cameras.mill import MillSource
+from appliance.mill.boards import board_document
+from appliance.rigs import RigError
+from vision.calibration.board import Board
+from vision.calibration.rig import Rig
+from vision.calibration.stereo import calibrate
+from vision.readings import SizeReading
+from vision.sizing.gauge import TangentGauge
+
+Picture = NDArray[np.uint8]
+
+
+class TimedGauge:
+    """A gauge that takes its own time and refuses pictures that its rig is not for.
+
+    Parameters
+    ----------
+    rig : Rig
+    name : str
+        Where the rig comes from, for the sentence that refuses.
+
+    Raises
+    ------
+    RigError
+        No diameter can be measured with this rig.
+    """
+
+    def __init__(self, rig: Rig, name: str) -> None:
+        self._rig = rig
+        self._name = name
+        try:
+            self._gauge = TangentGauge(rig)
+        except ValueError as error:
+            raise RigError(f"{name}: {error}; calibrate again") from error
+
+    def measure(self, left: Picture, right: Picture) -> tuple[SizeReading, float]:
+        """Reading of one pair, and the milliseconds that it took.
+
+        Parameters
+        ----------
+        left, right : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+
+        Raises
+        ------
+        RigError
+            The pictures do not have the size that the rig was calibrated with.
+        """
+        self._check_size("left", self._rig.left.image_size, left)
+        self._check_size("right", self._rig.right.image_size, right)
+        started_s = time.perf_counter()
+        reading = self._gauge.measure(left, right)
+        return reading, 1000 * (time.perf_counter() - started_s)
+
+    def _check_size(self, side: str, calibrated: tuple[int, int], picture: Picture) -> None:
+        size = picture.shape[1], picture.shape[0]
+        if size != calibrated:
+            raise RigError(
+                f"{self._name}: made for {side} pictures of {calibrated[0]} x {calibrated[1]}, these are "
+                f"{size[0]} x {size[1]}; use the rig that belongs to these cameras"
+            )
+
+
+def mill_rig(mill: MillSource) -> Rig:
+    """Calibrate the simulated mill's cameras from what a corner detector finds on its boards, as a user would."""
+    board = Board.from_json(json.dumps(board_document(mill.board, mill.response)))
+    seen = mill.observe_boards()
+    return calibrate(seen.calibration, seen.low, seen.high, board, mill.image_size).rig

@@ -1,0 +1,97 @@
+"""Measures a recording frame by frame and writes what it found as JSON lines or CSV."""
+
+import contextlib
+import csv
+import json
+import math
+import os
+from collections.abc import Callable, Generator
+from pathlib import Path
+from typing import TextIO, cast
+
+from tqdm import tqdm
+
+from appliance.cameras.recording import Recording
+from appliance.gauging import TimedGauge
+from appliance.rigs import load_rig
+from vision.readings import SizeReading
+
+READING_FIELDS = (
+    "diameter_mm", "expanded_uncertainty_mm", "diameter_virtual_board_mm", "weighted_deviation_mm", "trust",
+    "valid", "reasons", "windows_kept", "windows_total", "alignment_quality", "plane_height_mm",
+    "axis_height_mm", "u_edge_mm", "u_calibration_mm", "u_board_mm", "u_light_mm", "u_shape_mm", "u_model_mm",
+    "offset_mm", "method",
+)  # fmt: skip
+
+Value = float | int | bool | str | list[str] | None
+Row = dict[str, Value]
+
+
+def measure_recording(recording: Path, rig: Path, output: Path) -> None:
+    """Measure every frame of a recording; the output appears whole or not at all.
+
+    Parameters
+    ----------
+    recording : Path
+        Folder of a recording.
+    rig : Path
+        Calibration from `hotgauge calibrate`.
+    output : Path
+        File to write: CSV if its suffix is `.csv`, else JSON lines.
+
+    Raises
+    ------
+    CameraError
+        The recording is missing or a picture cannot be read.
+    RigError
+        The rig is missing, malformed, or for pictures of another size.
+    OSError
+        `output` cannot be written.
+    """
+    gauge = TimedGauge(load_rig(rig), str(rig))
+    writer = _csv_writer if output.suffix.lower() == ".csv" else _json_lines_writer
+    with contextlib.closing(Recording(recording)) as frames, _whole_file(output) as file:
+        write = writer(file)
+        for frame, left, right in tqdm(frames, unit="frame", disable=None):
+            reading, elapsed_ms = gauge.measure(left, right)
+            write(row(frame, reading, elapsed_ms))
+
+
+def row(frame: int, reading: SizeReading, elapsed_ms: float) -> Row:
+    """One reading as it stands in the file; None where there is no value."""
+    values: Row = {"frame": frame}
+    values |= {name: _or_none(getattr(reading, name)) for name in READING_FIELDS}
+    return values | {"reasons": reading.reasons.names, "elapsed_ms": round(elapsed_ms, 3)}
+
+
+def _or_none(value: Value) -> Value:
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _json_lines_writer(file: TextIO) -> Callable[[Row], None]:
+    def write(values: Row) -> None:
+        file.write(json.dumps(values, allow_nan=False) + "\n")
+
+    return write
+
+
+def _csv_writer(file: TextIO) -> Callable[[Row], None]:
+    writer = csv.DictWriter(file, ["frame", *READING_FIELDS, "elapsed_ms"])
+    writer.writeheader()
+
+    def write(values: Row) -> None:
+        valid, reasons = str(values["valid"]).lower(), ";".join(cast("list[str]", values["reasons"]))
+        writer.writerow(values | {"valid": valid, "reasons": reasons})
+
+    return write
+
+
+@contextlib.contextmanager
+def _whole_file(path: Path) -> Generator[TextIO]:
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        with temporary.open("x", encoding="utf-8", newline="") as file:
+            yield file
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)

@@ -1,0 +1,260 @@
+"""All settings of the appliance: one TOML file, every field with its text, unit and bounds.
+
+Every default works without a file. Unknown keys are refused. The table in the documents is derived from here.
+"""
+
+import difflib
+import json
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple, cast
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, JsonValue, ValidationError, ValidationInfo
+from pydantic_core import ErrorDetails
+
+
+class SettingsError(Exception):
+    """The settings file cannot be used; the message names file, key, what is wrong and what is allowed."""
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+def _unit(unit: str) -> dict[str, JsonValue]:
+    return {"unit": unit}
+
+
+def _beside_the_file(path: Path, info: ValidationInfo) -> Path:
+    return info.context["folder"] / path if info.context else path
+
+
+FilePath = Annotated[Path, Field(strict=False), AfterValidator(_beside_the_file)]
+"""A path; a relative one in a settings file starts from that file's folder."""
+
+
+class PlcSettings(_Section):
+    """The Modbus TCP server."""
+
+    host: str = Field(default="127.0.0.1", description="Address to bind to; loopback unless told otherwise")
+    port: int = Field(default=5020, ge=1, le=65535, description="TCP port of the Modbus server")
+    writes: Literal["none", "tls", "all"] = Field(
+        default="none",
+        description="Who may write set points and commands: nobody, TLS clients with a role, or everybody",
+    )
+    word_order: Literal["big", "little"] = Field(
+        default="big",
+        description="Order of the words in values of more than one word; big is most significant first",
+    )
+    connections_max: int = Field(default=64, ge=1, le=1000, description="Clients served at once")
+
+
+class MillCamera(_Section):
+    """The simulated mill as camera."""
+
+    kind: Literal["mill"] = Field(default="mill", description="A simulated mill, for trying and testing")
+    seed: int = Field(default=1, ge=0, le=2**32 - 1, description="Seed of bars and noise")
+    rate_hz: float = Field(
+        default=10.0, gt=0, le=60, description="Image pairs per second", json_schema_extra=_unit("1/s")
+    )
+
+
+class RecordingCamera(_Section):
+    """A recording as camera."""
+
+    kind: Literal["recording"] = Field(description="Pictures recorded before")
+    path: FilePath = Field(description="Folder with left/ and right/ pictures, or left.mp4 and right.mp4")
+    rate_hz: float = Field(
+        default=10.0,
+        ge=0,
+        le=1000,
+        description="Image pairs per second; 0 plays as fast as the gauge takes them",
+        json_schema_extra=_unit("1/s"),
+    )
+    loop: bool = Field(default=True, description="Start again at the end")
+
+
+Camera = Annotated[MillCamera | RecordingCamera, Field(discriminator="kind")]
+
+
+class SizingSettings(_Section):
+    """The sizing station."""
+
+    camera: Camera = Field(default_factory=MillCamera, description="Where image pairs come from")
+    rig: FilePath | None = Field(
+        default=None,
+        description="Calibration of the two cameras, from `hotgauge calibrate`; the mill can do without",
+    )
+    stale_after_ms: int = Field(
+        default=800,
+        ge=100,
+        le=10000,
+        description="Age from which a reading is no value any more",
+        json_schema_extra=_unit("ms"),
+    )
+
+
+class Settings(_Section):
+    """Everything that can be set."""
+
+    plc: PlcSettings = Field(default_factory=PlcSettings, description="Modbus TCP server")
+    sizing: SizingSettings = Field(default_factory=SizingSettings, description="Sizing station")
+
+
+def load(path: Path | None) -> Settings:
+    """Read and check a settings file.
+
+    Parameters
+    ----------
+    path : Path or None
+        TOML file; None gives the defaults.
+
+    Returns
+    -------
+    Settings
+
+    Raises
+    ------
+    SettingsError
+        File missing or unreadable, TOML not well-formed, key unknown, value of a wrong type or out of bounds.
+    """
+    if path is None:
+        return Settings()
+    try:
+        values = tomllib.loads(path.read_text(encoding="utf-8"))
+        return Settings.model_validate(values, context={"folder": path.parent})
+    except OSError as error:
+        raise SettingsError(f"{path}: {error.strerror}; give an existing TOML file") from error
+    except UnicodeDecodeError as error:
+        raise SettingsError(f"{path}: not a text in UTF-8; give a TOML file") from error
+    except tomllib.TOMLDecodeError as error:
+        raise SettingsError(f"{path}: not well-formed TOML: {error}") from error
+    except ValidationError as error:
+        raise SettingsError(f"{path}: " + "; ".join(_sentence(detail) for detail in error.errors())) from error
+
+
+class SettingRow(NamedTuple):
+    """One row of the table of all settings.
+
+    Attributes
+    ----------
+    key : str
+        Dotted path, as in `sizing.camera.rate_hz`.
+    kind : str
+        The `kind` of the section that has this key; empty where the section has no kinds.
+    allowed : str
+        Type with bounds and unit, or the choices.
+    default : str
+        As written in TOML; empty where there is none, `required` where one must be given.
+    unit : str
+        Empty for a plain number or text.
+    text : str
+    """
+
+    key: str
+    kind: str
+    allowed: str
+    default: str
+    unit: str
+    text: str
+
+
+def in_force(settings: Settings) -> list[tuple[SettingRow, str]]:
+    """Every setting that counts with these settings, and its value as written in TOML (empty: not set)."""
+    values = _flat(settings.model_dump(mode="json"), prefix="")
+    rows = [row for row in table() if not row.kind or values[f"{row.key.rpartition('.')[0]}.kind"] == row.kind]
+    return [(row, _as_toml(values[row.key])) for row in rows]
+
+
+def _flat(section: dict[str, Any], prefix: str) -> dict[str, object]:
+    values: dict[str, object] = {}
+    for name, value in section.items():
+        nested = isinstance(value, dict)
+        values |= _flat(cast("dict[str, Any]", value), f"{prefix}{name}.") if nested else {prefix + name: value}
+    return values
+
+
+_JsonSchema = dict[str, Any]
+
+
+def table() -> tuple[SettingRow, ...]:
+    """All settings, in the order of the file; documents and error sentences are derived from it."""
+    schema = Settings.model_json_schema()
+    return tuple(_rows(schema, schema["$defs"], prefix="", kind=""))
+
+
+def _rows(section: _JsonSchema, sections: _JsonSchema, prefix: str, kind: str) -> Iterator[SettingRow]:
+    for name, field in section["properties"].items():
+        key = prefix + name
+        if "$ref" in field:
+            yield from _rows(sections[_section_name(field["$ref"])], sections, f"{key}.", kind)
+        elif "discriminator" in field:
+            for choice, reference in field["discriminator"]["mapping"].items():
+                yield from _rows(sections[_section_name(reference)], sections, f"{key}.", choice)
+        else:
+            yield _row(key, kind, field, required=name in section.get("required", ()))
+
+
+def _section_name(reference: str) -> str:
+    return reference.rpartition("/")[2]
+
+
+def _row(key: str, kind: str, field: _JsonSchema, *, required: bool) -> SettingRow:
+    unit = field.get("unit", "")
+    default = "required" if required else _as_toml(field["default"])
+    return SettingRow(key, kind, _allowed(field), default, unit, field["description"])
+
+
+def _as_toml(value: object) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else str(value)
+
+
+def _allowed(field: _JsonSchema) -> str:
+    choices = field.get("enum") or ([field["const"]] if "const" in field else [])
+    if choices:
+        return " or ".join(f'"{choice}"' for choice in choices)
+    kind = field.get("anyOf", [field])[0]
+    names = {"integer": "a whole number", "number": "a number", "boolean": "true or false"}
+    name = names.get(kind["type"], f"a {kind.get('format', 'text')}")
+    return " ".join(part for part in (name, _bounds(field), field.get("unit", "")) if part)
+
+
+def _bounds(field: _JsonSchema) -> str:
+    if "maximum" not in field:
+        return ""
+    excluded = "exclusiveMinimum" in field
+    lower = f"above {field['exclusiveMinimum']:g} up" if excluded else f"from {field['minimum']:g}"
+    return f"{lower} to {field['maximum']:.12g}"
+
+
+def _sentence(detail: ErrorDetails) -> str:
+    rows = table()
+    kinds = {row.kind for row in rows if row.kind}
+    key = ".".join(str(part) for part in detail["loc"] if part not in kinds)
+    if detail["type"] == "extra_forbidden":
+        return f"{key}: unknown key; {_nearest(key, rows)}"
+    given = detail["input"]
+    if detail["type"].startswith("union_tag"):
+        key, given = f"{key}.kind", detail.get("ctx", {}).get("tag")
+    kind = next((part for part in detail["loc"] if part in kinds), "")
+    choices = dict.fromkeys(row.allowed for row in rows if row.key == key and row.kind.startswith(str(kind)))
+    allowed = " or ".join(choices) or "a [section]"
+    missing = detail["type"] in {"missing", "union_tag_not_found"}
+    return f"{key}: missing; give {allowed}" if missing else f"{key} = {_as_toml(given)} cannot be; give {allowed}"
+
+
+def _nearest(key: str, rows: tuple[SettingRow, ...]) -> str:
+    section = key.rpartition(".")[0]
+    keys = sorted({row.key for row in rows})
+    near = difflib.get_close_matches(key, keys, n=1)
+    if near:
+        return f"did you mean {near[0]}?"
+    here = [other for other in keys if other.startswith(f"{section}.")] or [
+        f"[{name}]" for name in Settings.model_fields
+    ]
+    return "known here: " + ", ".join(here)

@@ -1,0 +1,149 @@
+"""The measuring process of the sizing station: settings in, then source -> gauge -> link until the link closes.
+
+The supervisor runs it as `python -m appliance.stations.sizing DESCRIPTOR`; the descriptor is a connected socket
+whose first line holds the settings.
+"""
+
+import math
+import os
+import socket
+import sys
+import threading
+import time
+
+from appliance.cameras.mill import MillSource
+from appliance.cameras.recording import RecordingSource
+from appliance.cameras.source import CameraError, EndOfRecording, FramePair, PairSource
+from appliance.gauging import TimedGauge, mill_rig
+from appliance.rigs import RigError, load_rig
+from appliance.settings import RecordingCamera, SizingSettings
+from appliance.stations.link import ReadingMessage, StateMessage, StationLink
+from vision.readings import SizeReading
+
+PAIR_TIMEOUT_S = 1.0
+PAUSE_S = 1.0
+LEAVE_TIME_S = 2.0
+
+
+def main() -> None:
+    """Measure until the supervisor closes the link, or is gone."""
+    connection = socket.socket(fileno=int(sys.argv[1]))
+    with connection, connection.makefile("rb") as lines:
+        settings = SizingSettings.model_validate_json(lines.readline())
+        closed = threading.Event()
+        threading.Thread(target=_wait_for_close, args=(connection, closed), daemon=True).start()
+        run(settings, StationLink(connection), closed)
+
+
+def _wait_for_close(connection: socket.socket, closed: threading.Event) -> None:
+    while connection.recv(1):
+        pass
+    closed.set()
+    time.sleep(LEAVE_TIME_S)
+    os._exit(1)  # still here: the loop hangs in a camera or in native code, and nobody listens any more
+
+
+def run(settings: SizingSettings, link: StationLink, closed: threading.Event) -> None:
+    """Measure until `closed`; equipment trouble is reported and tried again after a pause.
+
+    Parameters
+    ----------
+    settings : SizingSettings
+    link : StationLink
+    closed : threading.Event
+        Set when nobody listens any more.
+    """
+    while not closed.is_set():
+        try:
+            _measure(settings, link, closed)
+        except EndOfRecording as error:
+            _stay_at_end(link, closed, str(error))
+        except CameraError as error:
+            link.send(_fault("camera_lost", str(error)))
+        except RigError as error:
+            link.send(_fault("rig_unusable", str(error)))
+        closed.wait(PAUSE_S)
+
+
+def _measure(settings: SizingSettings, link: StationLink, closed: threading.Event) -> None:
+    source = _source(settings)
+    gauge = _gauge(settings, source, link)
+    with source:
+        while not closed.is_set():
+            pair = source.next(PAIR_TIMEOUT_S)
+            if pair is None:
+                link.send(_fault("camera_lost", f"no picture for {PAIR_TIMEOUT_S:g} s; check the cameras"))
+                continue
+            reading, elapsed_ms = gauge.measure(pair.left, pair.right)
+            dropped = pair.dropped + link.dropped
+            link.send(to_message(reading, pair, elapsed_ms, dropped=dropped, simulated=source.simulated))
+
+
+def _source(settings: SizingSettings) -> PairSource:
+    camera = settings.camera
+    if isinstance(camera, RecordingCamera):
+        return RecordingSource(camera.path, rate_hz=camera.rate_hz, loop=camera.loop)
+    return MillSource(seed=camera.seed, rate_hz=camera.rate_hz)
+
+
+def _gauge(settings: SizingSettings, source: PairSource, link: StationLink) -> TimedGauge:
+    if settings.rig is not None:
+        return TimedGauge(load_rig(settings.rig), str(settings.rig))
+    if isinstance(source, MillSource):
+        link.send(StateMessage(state="starting"))
+        return TimedGauge(mill_rig(source), "rig of the simulated mill")
+    raise RigError("sizing.rig is not set; make a rig file with `hotgauge calibrate` and set it")
+
+
+def _stay_at_end(link: StationLink, closed: threading.Event, detail: str) -> None:
+    while not closed.wait(PAUSE_S):
+        link.send(_fault("recording_over", detail))
+
+
+def _fault(name: str, detail: str) -> StateMessage:
+    return StateMessage(state="faulty", fault=name, detail=detail)
+
+
+def to_message(
+    reading: SizeReading, pair: FramePair, elapsed_ms: float, *, dropped: int, simulated: bool
+) -> ReadingMessage:
+    """What is said to the supervisor of one reading.
+
+    Parameters
+    ----------
+    reading : SizeReading
+    pair : FramePair
+        The pair that was measured.
+    elapsed_ms : float
+        Time that measuring took.
+    dropped : int
+        Pairs and messages discarded so far.
+    simulated : bool
+    """
+    return ReadingMessage(
+        sequence=pair.sequence,
+        exposed_monotonic_s=pair.exposed_monotonic_s,
+        exposed_utc_ms=pair.exposed_utc_ms,
+        elapsed_ms=elapsed_ms,
+        dropped=dropped,
+        simulated=simulated,
+        valid=reading.valid,
+        reasons=int(reading.reasons),
+        diameter_mm=_number(reading.diameter_mm),
+        expanded_uncertainty_mm=_number(reading.expanded_uncertainty_mm),
+        diameter_virtual_board_mm=_number(reading.diameter_virtual_board_mm),
+        weighted_deviation_mm=_number(reading.weighted_deviation_mm),
+        trust=reading.trust,
+        windows_kept=reading.windows_kept,
+        windows_total=reading.windows_total,
+        alignment_quality=_number(reading.alignment_quality),
+        plane_height_mm=_number(reading.plane_height_mm),
+    )
+
+
+def _number(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,173 @@
+"""Owns the PLC's server and keeps it truthful: publishes, watches the measuring process, knows the faults.
+
+Everything here runs in one asyncio loop and waits for nobody: a measuring process that crashes, hangs or
+babbles changes what is published, never whether something is.
+"""
+
+import asyncio
+import contextlib
+import time
+from collections.abc import Callable, Set
+
+from appliance.faults import DeviceState, Faults
+from appliance.publication import NO_PAIR, STARTING, Publication
+from appliance.settings import Settings
+from appliance.stations.keeper import keep
+from appliance.stations.link import Message, ReadingMessage, StateMessage
+from plc.registers import REGISTERS, Value, encode
+from plc.server import ModbusServer
+
+SWAP_PERIOD_S = 0.05  # half of the longest allowed, so that a late wake-up stays within it
+HEARTBEAT_PERIOD_S = 0.1
+SIZING_STATION = "appliance.stations.sizing"
+STATION_FAULTS = ("camera_lost", "recording_over", "rig_unusable", "station_down")
+ALARM_OF_FAULT = {
+    "camera_lost": "alarm_camera",
+    "rig_unusable": "alarm_calibration",
+    "reading_stale": "alarm_stale",
+    "station_down": "alarm_internal",
+}
+_ALARM_ADDRESS = {row.name: row.address for row in REGISTERS if row.name.startswith("alarm_") and row.type == "bool"}
+
+
+class StartRefusedError(Exception):
+    """The appliance cannot start with these settings; the message says what, where and what to do."""
+
+
+class Supervisor:
+    """The appliance without its images.
+
+    Parameters
+    ----------
+    settings : Settings
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        self._settings = settings
+        self._server = ModbusServer(
+            settings.plc.host,
+            settings.plc.port,
+            writes=settings.plc.writes,
+            connections_max=settings.plc.connections_max,
+        )
+        self._publication = Publication(settings.sizing.stale_after_ms)
+        self._faults = Faults()
+        self._started_s = time.monotonic()
+        self._news = asyncio.Event()
+        self._serving = False
+        self._stopping = False
+        self._measuring = False
+        self._simulated = False
+        self._refusal = ""
+
+    def stop(self) -> None:
+        """Let `run` come to its end."""
+        self._stopping = True
+        self._news.set()
+
+    async def run(self, on_serving: Callable[[int], None]) -> None:
+        """Measure and serve until `stop`.
+
+        Parameters
+        ----------
+        on_serving : callable
+            Gets the TCP port as soon as the server answers on it.
+
+        Raises
+        ------
+        StartRefusedError
+            The measuring process cannot use its settings at start, or the port cannot be had.
+        """
+        tasks = {asyncio.create_task(self._keep_station()), asyncio.create_task(self._serve(on_serving))}
+        try:
+            done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+            for task in done:
+                task.result()  # an error of our own ends the appliance; the service manager starts it again
+        finally:
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+            await self._server.stop()
+
+    async def _keep_station(self) -> None:
+        settings = self._settings.sizing.model_dump_json()
+        await keep(SIZING_STATION, settings, self._hear, self._lose_station)
+
+    async def _serve(self, on_serving: Callable[[int], None]) -> None:
+        await self._news.wait()  # the first message tells whether the settings can be used
+        if self._stopping:
+            return
+        if self._refusal:
+            raise StartRefusedError(self._refusal)
+        await self._start_server()
+        self._serving = True
+        on_serving(self._server.port)
+        while not self._stopping:
+            self._news.clear()
+            self._publish()
+            with contextlib.suppress(TimeoutError):
+                await asyncio.wait_for(self._news.wait(), SWAP_PERIOD_S)
+
+    async def _start_server(self) -> None:
+        self._publish()
+        try:
+            await self._server.start()
+        except OSError as error:
+            plc = self._settings.plc
+            raise StartRefusedError(
+                f"cannot serve on {plc.host}:{plc.port}: {error.strerror}; stop what uses it or set plc.port"
+            ) from error
+
+    def _hear(self, message: Message) -> None:
+        if isinstance(message, ReadingMessage):
+            self._hear_reading(message)
+        elif message.state == "faulty":
+            self._hear_fault(message)
+        self._news.set()
+
+    def _hear_reading(self, reading: ReadingMessage) -> None:
+        self._publication.take(reading)
+        self._measuring = True
+        self._simulated = reading.simulated
+        self._report_station_fault(None)
+
+    def _hear_fault(self, message: StateMessage) -> None:
+        self._stop_measuring(NO_PAIR)
+        if self._serving:
+            self._report_station_fault(message.fault, message.detail)
+        else:
+            self._refusal = message.detail
+
+    def _lose_station(self, reason: str) -> None:
+        self._stop_measuring(STARTING)
+        self._report_station_fault("station_down", reason)
+        self._news.set()
+
+    def _stop_measuring(self, reason: int) -> None:
+        self._publication.withdraw(reason)
+        self._measuring = False
+
+    def _report_station_fault(self, fault: str | None, detail: str = "") -> None:
+        for name in STATION_FAULTS:
+            self._faults.report(name, active=name == fault, detail=detail)
+
+    def _publish(self) -> None:
+        now_s = time.monotonic()
+        stale = self._publication.stale(now_s)
+        self._faults.report("reading_stale", active=stale)
+        values = self._publication.values(now_s) | self._health(now_s, running=self._measuring and not stale)
+        self._server.publish(encode(values, word_order=self._settings.plc.word_order))
+
+    def _health(self, now_s: float, *, running: bool) -> dict[str, Value]:
+        check = self._simulated or not running
+        return {
+            "heartbeat": int((now_s - self._started_s) / HEARTBEAT_PERIOD_S),
+            "device_state": max(self._faults.state, DeviceState.FUNCTION_CHECK if check else DeviceState.GOOD),
+            "alarm_word": _alarm_word(self._faults.active),
+            "running": running,
+            "simulated": self._simulated,
+        }
+
+
+def _alarm_word(faults: Set[str]) -> int:
+    return sum(1 << _ALARM_ADDRESS[alarm] for fault, alarm in ALARM_OF_FAULT.items() if fault in faults)

@@ -1,0 +1,26 @@
+"""Messages of a measuring process for tests, all fields filled."""
+
+from appliance.stations.link import ReadingMessage
+
+
+def reading(**changes: object) -> ReadingMessage:
+    fields: dict[str, object] = {
+        "sequence": 0,
+        "exposed_monotonic_s": 100.0,
+        "exposed_utc_ms": 1_700_000_000_000,
+        "elapsed_ms": 20.0,
+        "dropped": 0,
+        "simulated": True,
+        "valid": True,
+        "reasons": 0,
+        "diameter_mm": 250.25,
+        "expanded_uncertainty_mm": 0.2,
+        "diameter_virtual_board_mm": None,
+        "weighted_deviation_mm": None,
+        "trust": 87.5,
+        "windows_kept": 20,
+        "windows_total": 25,
+        "alignment_quality": None,
+        "plane_height_mm": None,
+    }
+    return ReadingMessage.model_validate(fields | changes)

@@ -1,0 +1,76 @@
+"""The real program as a process of its own, as a service manager would run it."""
+
+import contextlib
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from modbus_wire import Wire
+
+HOTGAUGE = Path(sys.executable).with_name("hotgauge")
+
+
+class Appliance:
+    """A running `hotgauge` that serves on a port."""
+
+    def __init__(self, process: subprocess.Popen[str], port: int) -> None:
+        self.process = process
+        self.port = port
+
+    def wire(self) -> Wire:
+        return Wire(self.port)
+
+    def station(self) -> int:
+        """Process id of the measuring process."""
+        until = time.monotonic() + 10
+        while time.monotonic() < until:
+            tasks = Path(f"/proc/{self.process.pid}/task").glob("*/children")
+            children = [int(child) for task in tasks for child in task.read_text().split()]
+            if children:
+                (child,) = children
+                return child
+            time.sleep(0.02)
+        raise AssertionError("no measuring process")
+
+
+def free_port() -> int:
+    """A TCP port of this machine on which nobody listens."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def is_running(pid: int) -> bool:
+    """Whether a process is there and not just waiting to be buried."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
+def gone_within(pid: int, seconds: float) -> bool:
+    until = time.monotonic() + seconds
+    while is_running(pid) and time.monotonic() < until:
+        time.sleep(0.02)
+    return not is_running(pid)
+
+
+@contextlib.contextmanager
+def running(*words: str | Path, port: int) -> Iterator[Appliance]:
+    """Start a serving command, wait until it says that it serves, and end it at last."""
+    process = subprocess.Popen([HOTGAUGE, *words], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    killer = threading.Timer(60, process.kill)
+    killer.start()
+    try:
+        assert f":{port}" in process.stdout.readline()
+        killer.cancel()
+        yield Appliance(process, port)
+    finally:
+        killer.cancel()
+        process.terminate()
+        process.wait(10)
+        process.stdout.close()

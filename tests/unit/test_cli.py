@@ -1,0 +1,234 @@
+import csv
+import json
+import shutil
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from running import free_port
+
+from appliance import cli
+from appliance.cameras.mill import MillSource
+from appliance.gauging import mill_rig
+from appliance.measure import READING_FIELDS
+from appliance.mill.bars import bar_at
+from appliance.rigs import save_rig
+
+FRAMES = 3
+SEED = 1
+
+
+@pytest.fixture(scope="module")
+def mill_folder(tmp_path_factory) -> Path:
+    """A short recording of the mill and the rig that belongs to it."""
+    folder = tmp_path_factory.mktemp("mill")
+    source = MillSource(seed=SEED, rate_hz=0)
+    for side in ("left", "right"):
+        (folder / "scene" / side).mkdir(parents=True)
+    with source:
+        for number in range(FRAMES):
+            pair = source.next(1)
+            for side, picture in (("left", pair.left), ("right", pair.right)):
+                cv2.imwrite(str(folder / "scene" / side / f"{number:06d}.png"), picture)
+    save_rig(mill_rig(source), folder / "rig.json")
+    return folder
+
+
+def said(capsys) -> str:
+    """The one line on standard error."""
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("hotgauge: ")
+    assert err.endswith("\n")
+    assert err.count("\n") == 1
+    return err
+
+
+def measure(scene: Path, rig: Path, output: Path) -> int:
+    return cli.main(["measure", str(scene), "--rig", str(rig), "--output", str(output)])
+
+
+def test_measure_writes_json_lines_with_the_agreed_keys_and_true_diameters(mill_folder, tmp_path, capsys):
+    output = tmp_path / "out.jsonl"
+    assert measure(mill_folder / "scene", mill_folder / "rig.json", output) == 0
+    rows = [json.loads(line) for line in output.read_text().splitlines()]
+    assert [row["frame"] for row in rows] == list(range(FRAMES))
+    for row in rows:
+        assert list(row) == ["frame", *READING_FIELDS, "elapsed_ms"]
+        assert row["valid"] is True
+        assert row["reasons"] == []
+        assert row["diameter_virtual_board_mm"] is None
+        assert row["method"] == "tangent"
+        assert row["elapsed_ms"] > 0
+        assert row["diameter_mm"] == pytest.approx(bar_at(SEED, row["frame"]).diameter_mm, abs=0.3)
+    assert capsys.readouterr() == ("", ""), "a progress bar belongs on a terminal only"
+
+
+def test_measure_writes_the_same_as_csv_with_empty_cells_for_no_value(mill_folder, tmp_path):
+    for name in ("out.csv", "out.jsonl"):
+        assert measure(mill_folder / "scene", mill_folder / "rig.json", tmp_path / name) == 0
+    with (tmp_path / "out.csv").open(newline="") as file:
+        table = list(csv.DictReader(file))
+    lines = [json.loads(line) for line in (tmp_path / "out.jsonl").read_text().splitlines()]
+    assert list(table[0]) == list(lines[0])
+    for cells, row in zip(table, lines, strict=True):
+        assert float(cells["diameter_mm"]) == row["diameter_mm"]
+        assert cells["valid"] == "true"
+        assert cells["diameter_virtual_board_mm"] == ""
+
+
+def test_a_frame_without_a_bar_is_a_row_with_reasons_and_no_value(mill_folder, tmp_path):
+    scene = tmp_path / "scene"
+    for side in ("left", "right"):
+        (scene / side).mkdir(parents=True)
+        cv2.imwrite(str(scene / side / "000007.png"), np.full((600, 800, 3), 20, np.uint8))
+    for name in ("out.csv", "out.jsonl"):
+        assert measure(scene, mill_folder / "rig.json", tmp_path / name) == 0
+    row = json.loads((tmp_path / "out.jsonl").read_text())
+    assert row["frame"] == 7
+    assert row["valid"] is False
+    assert row["diameter_mm"] is None
+    assert row["expanded_uncertainty_mm"] is None
+    assert row["reasons"]
+    assert row["trust"] == 0
+    cells = next(csv.DictReader((tmp_path / "out.csv").read_text().splitlines()))
+    assert cells["diameter_mm"] == ""
+    assert cells["reasons"] == ";".join(row["reasons"])
+
+
+def refused(output: Path, capsys, *parts: str) -> None:
+    line = said(capsys)
+    for part in parts:
+        assert part in line
+    assert list(output.parent.iterdir()) == [], "nothing half-written"
+
+
+@pytest.fixture
+def output(tmp_path) -> Path:
+    (tmp_path / "output").mkdir()
+    return tmp_path / "output" / "out.jsonl"
+
+
+def test_measure_names_a_missing_recording(mill_folder, output, capsys):
+    assert measure(mill_folder / "absent", mill_folder / "rig.json", output) == 2
+    refused(output, capsys, "absent", "give the folder of a recording")
+
+
+def test_measure_names_a_missing_rig(mill_folder, output, capsys):
+    assert measure(mill_folder / "scene", mill_folder / "absent.json", output) == 2
+    refused(output, capsys, "absent.json", "hotgauge calibrate")
+
+
+def test_measure_names_a_rig_that_is_not_one(mill_folder, tmp_path, output, capsys):
+    rig = tmp_path / "rig.json"
+    rig.write_text("{}")
+    assert measure(mill_folder / "scene", rig, output) == 2
+    refused(output, capsys, str(rig))
+
+
+def test_a_truncated_picture_in_the_middle_leaves_no_output(mill_folder, tmp_path, output, capsys):
+    scene = tmp_path / "scene"
+    shutil.copytree(mill_folder / "scene", scene)
+    broken = scene / "right" / "000002.png"
+    broken.write_bytes(broken.read_bytes()[:2000])
+    output.write_text("an older result\n")
+    assert measure(scene, mill_folder / "rig.json", output) == 2
+    assert str(broken) in said(capsys)
+    assert [path.name for path in output.parent.iterdir()] == [output.name]
+    assert output.read_text() == "an older result\n"
+
+
+def test_a_rig_for_pictures_of_another_size_is_refused_with_both_sizes(mill_folder, tmp_path, output, capsys):
+    scene = tmp_path / "scene"
+    for side in ("left", "right"):
+        (scene / side).mkdir(parents=True)
+        cv2.imwrite(str(scene / side / "000000.png"), np.zeros((480, 640, 3), np.uint8))
+    assert measure(scene, mill_folder / "rig.json", output) == 2
+    refused(output, capsys, "rig.json", "800 x 600", "640 x 480")
+
+
+def test_an_output_that_cannot_be_written_is_named(mill_folder, tmp_path, capsys):
+    assert measure(mill_folder / "scene", mill_folder / "rig.json", tmp_path / "absent" / "out.jsonl") == 2
+    assert "absent" in said(capsys)
+
+
+def test_simulate_calibrate_and_measure_work_one_after_the_other(tmp_path, capsys):
+    folder, rig, output = tmp_path / "line", tmp_path / "rig.json", tmp_path / "out.jsonl"
+    assert cli.main(["simulate", "--output", str(folder), "--frames", "1", "--seed", "3"]) == 0
+    assert cli.main(["calibrate", str(folder), "--output", str(rig)]) == 0
+    assert "baseline" in capsys.readouterr().out
+    (scene,) = (folder / "scenes").iterdir()
+    assert measure(scene, rig, output) == 0
+    row = json.loads(output.read_text())
+    assert row["diameter_mm"] == pytest.approx(bar_at(3, 0).diameter_mm, abs=0.3)
+
+
+def test_simulate_leaves_a_folder_that_holds_something_alone(tmp_path, capsys):
+    (tmp_path / "mine").touch()
+    assert cli.main(["simulate", "--output", str(tmp_path), "--frames", "1"]) == 2
+    assert str(tmp_path) in said(capsys)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine"]
+
+
+def test_calibrate_names_a_folder_without_pictures(tmp_path, capsys):
+    assert cli.main(["calibrate", str(tmp_path), "--output", str(tmp_path / "rig.json")]) == 2
+    assert "board.json" in said(capsys)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("words", "parts"),
+    [
+        (["mesure", "x"], ("mesure", "did you mean measure?")),
+        (["zzz"], ("zzz", "commands are", "check-config")),
+        (["measure", "x"], ("--rig", "--output")),
+        (["registers", "--format", "xml"], ("--format", "markdown")),
+        (["simulate", "--output", "x", "--frames", "-1"], ("--frames", "-1")),
+        ([], ("COMMAND",)),
+    ],
+)
+def test_a_wrong_command_line_is_one_helpful_sentence(words, parts, capsys):
+    try:
+        code = cli.main(words)
+    except SystemExit as left:
+        code = left.code
+    assert code == 2
+    line = said(capsys)
+    for part in parts:
+        assert part in line
+
+
+def test_check_config_shows_what_is_in_force_so_that_it_can_be_a_settings_file(tmp_path, capsys):
+    assert cli.main(["check-config"]) == 0
+    file = tmp_path / "hotgauge.toml"
+    file.write_text(capsys.readouterr().out)
+    assert cli.main(["check-config", str(file)]) == 0
+    assert "plc.port = 5020" in capsys.readouterr().out
+
+
+def test_check_config_refuses_a_wrong_key(tmp_path, capsys):
+    file = tmp_path / "hotgauge.toml"
+    file.write_text("[plc]\nprot = 5020\n")
+    assert cli.main(["check-config", str(file)]) == 2
+    assert "plc.prot" in said(capsys)
+
+
+@pytest.mark.parametrize("form", ["markdown", "csv", "json", "st"])
+def test_the_register_map_is_printed_in_every_form(form, capsys):
+    assert cli.main(["registers", "--format", form]) == 0
+    assert "measurement_age" in capsys.readouterr().out
+
+
+def test_poll_names_a_host_that_does_not_answer(capsys):
+    unused_port = free_port()
+    assert cli.main(["poll", "127.0.0.1", "--port", str(unused_port), "--count", "1"]) == 2
+    assert f"127.0.0.1:{unused_port}" in said(capsys)
+
+
+@pytest.mark.parametrize("command", cli.COMMANDS)
+def test_every_command_explains_itself(command, capsys):
+    with pytest.raises(SystemExit) as left:
+        cli.main([command, "--help"])
+    assert left.value.code == 0
+    assert command in capsys.readouterr().out

@@ -1,0 +1,141 @@
+import dataclasses
+import socket
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import cv2
+import pytest
+
+from appliance.cameras.mill import MillSource
+from appliance.gauging import TimedGauge, mill_rig
+from appliance.mill.bars import bar_at
+from appliance.rigs import RigError, load_rig, save_rig
+from appliance.settings import SizingSettings
+from appliance.stations import sizing
+from appliance.stations.link import Message, ReadingMessage, StateMessage, StationLink, parse
+
+SIDES = ("left", "right")
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("rig") / "rig.json"
+    save_rig(mill_rig(MillSource(seed=1, rate_hz=0)), path)
+    return path
+
+
+@pytest.fixture
+def recording(tmp_path) -> Path:
+    with MillSource(seed=1, rate_hz=0) as source:
+        for number in range(2):
+            pair = source.next(1)
+            for side, picture in zip(SIDES, (pair.left, pair.right), strict=True):
+                (tmp_path / side).mkdir(exist_ok=True)
+                cv2.imwrite(str(tmp_path / side / f"{number:06d}.png"), picture)
+    return tmp_path
+
+
+class Station:
+    """The loop of the measuring process in a thread, and the supervisor's end of its link."""
+
+    def __init__(self, settings: SizingSettings) -> None:
+        ours, self._theirs = socket.socketpair()
+        ours.settimeout(10)
+        self._lines = ours.makefile("rb")
+        ours.close()
+        self.closed = threading.Event()
+        self.thread = threading.Thread(target=sizing.run, args=(settings, StationLink(self._theirs), self.closed))
+        self.thread.start()
+
+    def hear(self) -> Message:
+        return parse(self._lines.readline())
+
+    def hear_until(self, kind: type[Message]) -> Message:
+        for _ in range(50):
+            if isinstance(message := self.hear(), kind):
+                return message
+        raise AssertionError(f"no {kind.__name__}; last: {message}")
+
+    def end(self) -> None:
+        self.closed.set()
+        self.thread.join(5)
+        assert not self.thread.is_alive()
+        self._lines.close()
+        self._theirs.close()
+
+
+@pytest.fixture
+def start(monkeypatch) -> Iterator:
+    monkeypatch.setattr(sizing, "PAUSE_S", 0.05)
+    stations: list[Station] = []
+
+    def begin(**settings) -> Station:
+        stations.append(Station(SizingSettings.model_validate(settings)))
+        return stations[-1]
+
+    yield begin
+    for station in stations:
+        station.end()
+
+
+def camera(folder: Path, **more) -> dict:
+    return {"kind": "recording", "path": folder, "rate_hz": 20.0, **more}
+
+
+def test_readings_carry_the_diameter_and_the_moment_of_their_exposure(start, recording, rig):
+    station = start(rig=rig, camera=camera(recording))
+    first, second = station.hear(), station.hear()
+    assert first.diameter_mm == pytest.approx(bar_at(1, 0).diameter_mm, abs=0.3)
+    assert first.valid
+    assert first.simulated
+    lost = second.sequence - first.sequence
+    assert second.exposed_monotonic_s - first.exposed_monotonic_s == pytest.approx(lost / 20)
+    assert second.exposed_utc_ms - first.exposed_utc_ms == pytest.approx(1000 * lost / 20, abs=5)
+
+
+def test_a_recording_played_once_ends_in_a_state_and_no_further_reading(start, recording, rig):
+    station = start(rig=rig, camera=camera(recording, rate_hz=0, loop=False))
+    heard = [station.hear() for _ in range(5)]
+    assert [type(message) for message in heard] == [ReadingMessage] * 2 + [StateMessage] * 3
+    assert {message.fault for message in heard[2:]} == {"recording_over"}
+
+
+def test_a_picture_that_breaks_is_a_lost_camera_until_it_is_mended(start, recording, rig):
+    picture = recording / "right" / "000001.png"
+    whole = picture.read_bytes()
+    picture.write_bytes(whole[:3000])
+    station = start(rig=rig, camera=camera(recording, rate_hz=0))
+    fault = station.hear_until(StateMessage)
+    assert fault.fault == "camera_lost"
+    assert str(picture) in fault.detail
+    picture.write_bytes(whole)
+    assert station.hear_until(ReadingMessage).valid
+
+
+def test_a_rig_that_is_missing_is_a_fault_until_it_is_there(start, recording, rig, tmp_path):
+    late = tmp_path / "late.json"
+    station = start(rig=late, camera=camera(recording))
+    fault = station.hear()
+    assert fault.fault == "rig_unusable"
+    assert str(late) in fault.detail
+    save_rig(load_rig(rig), late)
+    assert station.hear_until(ReadingMessage).valid
+
+
+def test_a_camera_that_gives_nothing_is_lost(start, recording, rig, monkeypatch):
+    monkeypatch.setattr(sizing, "PAIR_TIMEOUT_S", 0.1)
+    station = start(rig=rig, camera=camera(recording, rate_hz=0.5))
+    assert station.hear_until(StateMessage).fault == "camera_lost"
+
+
+def test_the_mill_without_a_rig_calibrates_itself_and_says_that_it_is_starting(start):
+    station = start(camera={"kind": "mill", "seed": 4, "rate_hz": 20.0})
+    assert station.hear() == StateMessage(state="starting")
+    assert station.hear_until(ReadingMessage).simulated
+
+
+def test_a_rig_without_world_frame_is_refused_by_name(rig):
+    without_world = dataclasses.replace(load_rig(rig), has_world=False)
+    with pytest.raises(RigError, match=r"^line\.json: .*world"):
+        TimedGauge(without_world, "line.json")
