@@ -28,9 +28,9 @@ class Reason(enum.IntFlag):
     STALE = 1 << 8
     STARTING = 1 << 9
     EDGES_CLIPPED = 1 << 10
-    SOME_EDGES_CLIPPED = 1 << 17
-    LOW_CONTRAST = 1 << 18
-    FEW_WINDOWS = 1 << 19
+    SOME_EDGES_CLIPPED = 1 << 16
+    LOW_CONTRAST = 1 << 17
+    FEW_WINDOWS = 1 << 18
 
     @property
     def names(self) -> list[str]:
