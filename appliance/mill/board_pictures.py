@@ -1,18 +1,21 @@
 """Pictures of checkerboards on the line, through the true lens, for `hotgauge calibrate`."""
 
+import itertools
+import math
 from collections.abc import Iterator
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from appliance.mill.background import blurred
 from appliance.mill.boards import Board, Pose, high_pose, low_pose, random_poses
 from appliance.mill.rig import Points, TrueRig
 from appliance.mill.scene import Picture, Scene, View
 from appliance.mill.sensor import Blur, Light, NoiseStock
 
-SUBSAMPLES = 8
-APERTURE_VARIANCE_PX2 = 1 / 12  # of the square pixel that the subsamples fill
+CELLS = 4  # per pixel's side: the lens blurs these, the pixel then collects them
+SUBSAMPLES = 2  # per cell's side
+APERTURE_VARIANCE_PX2 = 1 / 12  # of the square pixel
 BORDER_PX = 24
 WHITE = 0.42
 BLACK = 0.03
@@ -50,10 +53,8 @@ def board_light(view: View, board: Board, pose: Pose) -> Light:
     light = np.float32(BACKGROUND_GAIN) * view.background[1]
     part = _around(view.camera.project(pose.in_world(board.sheet_mm())), light.shape)
     on_board = _board_coordinates(view.camera.centre_mm, view.rays[part].astype(np.float64), pose)
-    sheet, print_light = _supersampled(on_board, board)
-    core_px = float(np.sqrt(view.blur.core_px**2 - APERTURE_VARIANCE_PX2))
-    blur = Blur(core_px, view.blur.halo_px, view.blur.halo_part)
-    light[part] = light[part] * (1 - blurred(sheet, blur)) + blurred(print_light, blur)
+    sheet, print_light = (_collected(cells, view.blur) for cells in _print_cells(on_board, board))
+    light[part] = light[part] * (1 - sheet) + print_light
     return light
 
 
@@ -71,8 +72,8 @@ def _board_coordinates(centre_mm: Points, rays: Points, pose: Pose) -> Points:
     return np.moveaxis((points - pose.centre_mm) @ pose.axes.T, -1, 0)
 
 
-def _supersampled(on_board: Points, board: Board) -> tuple[Light, Light]:
-    """Part of each pixel that the sheet covers, and the sheet's light in it.
+def _print_cells(on_board: Points, board: Board) -> tuple[Light, Light]:
+    """Part of each cell that the sheet covers, and the sheet's light in it.
 
     Inside a pixel, board coordinates are linear in the picture to better than a thousandth of a pixel.
     """
@@ -80,17 +81,29 @@ def _supersampled(on_board: Points, board: Board) -> tuple[Light, Light]:
     x = (on_board[0] / board.true_square_mm + columns / 2).astype(np.float32)
     y = (rows / 2 - on_board[1] / board.true_square_mm).astype(np.float32)
     (x_down, x_right), (y_down, y_right) = np.gradient(x), np.gradient(y)
-    sheet, white = np.zeros_like(x), np.zeros_like(x)
-    steps = (np.arange(SUBSAMPLES, dtype=np.float32) + np.float32(0.5)) / SUBSAMPLES - np.float32(0.5)
-    for dy in steps:
-        for dx in steps:
-            on_sheet, is_white = _print(x + dy * x_down + dx * x_right, y + dy * y_down + dx * y_right, board)
-            sheet += on_sheet
-            white += is_white
-    sheet /= SUBSAMPLES**2
-    white /= SUBSAMPLES**2
-    lamp = 1 + LAMP_FALL_PER_SQUARE * (x + y)
-    return sheet, (lamp * (BLACK * (sheet - white) + WHITE * white)).astype(np.float32)
+    count = CELLS * SUBSAMPLES
+    steps = (np.arange(count, dtype=np.float32) + np.float32(0.5)) / count - np.float32(0.5)
+    sheet, white = np.zeros((2, x.shape[0], CELLS, x.shape[1], CELLS), np.float32)
+    for row, column in itertools.product(range(count), repeat=2):
+        # A slanted grid: an edge along the picture's rows or columns crosses the samples one by one.
+        dy, dx = steps[row] + steps[column] / count, steps[column] + steps[row] / count
+        on_sheet, is_white = _print(x + dy * x_down + dx * x_right, y + dy * y_down + dx * y_right, board)
+        sheet[:, row // SUBSAMPLES, :, column // SUBSAMPLES] += on_sheet
+        white[:, row // SUBSAMPLES, :, column // SUBSAMPLES] += is_white
+    lamp = (1 + LAMP_FALL_PER_SQUARE * (x + y))[:, None, :, None]
+    light = lamp * (BLACK * (sheet - white) + WHITE * white)
+    size = (CELLS * x.shape[0], CELLS * x.shape[1])
+    per_cell = np.float32(1 / SUBSAMPLES**2)
+    return per_cell * sheet.reshape(size), (per_cell * light.reshape(size)).astype(np.float32)
+
+
+def _collected(cells: Light, blur: Blur) -> Light:
+    """Light of pixels whose cells are seen through the lens."""
+    core_px = math.sqrt(blur.core_px**2 - APERTURE_VARIANCE_PX2)
+    size = (cells.shape[1] // CELLS, cells.shape[0] // CELLS)
+    core = cv2.resize(cv2.GaussianBlur(cells, (0, 0), CELLS * core_px), size, interpolation=cv2.INTER_AREA)
+    halo = cv2.GaussianBlur(core, (0, 0), blur.halo_px)
+    return np.asarray(core + blur.halo_part * (halo - core), np.float32)
 
 
 def _print(x: Light, y: Light, board: Board) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
