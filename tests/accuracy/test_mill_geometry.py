@@ -182,13 +182,13 @@ def test_corners_of_rendered_boards_lie_where_opencv_projects_them():
         rng = np.random.default_rng(seed)
         rig, board = random_rig(rng), Board(square_error_mm=0.4)
         scene = Scene(rig, seed)
-        for pose in random_poses(rig, rng, board, 2):
+        for pose in random_poses(rig, rng, board, 1):
             for view in (scene.left, scene.right):
                 light = board_light(view, board, pose)
                 truth = opencv_pixels(view.camera, world_corners(pose, 50.4))
-                errors += [fitted_corner(light, corner) - corner for corner in truth[rng.permutation(28)[:8]]]
+                errors += [fitted_corner(light, corner) - corner for corner in truth[rng.permutation(28)[:6]]]
     errors = np.array(errors)
-    assert len(errors) == 4 * 2 * 2 * 8
+    assert len(errors) == 4 * 2 * 6
     assert np.abs(errors).max() < 0.02
     assert np.abs(errors.mean(axis=0)).max() < 0.003
 
@@ -206,7 +206,7 @@ def fitted_corner(light, near):
 
     def fit(turn):
         start = [*(near - [column, row]), turn, turn + np.pi / 2, 1.0, patch.mean(), 0, 0, np.ptp(patch) / 2, 0, 0]
-        return scipy.optimize.least_squares(lambda p: (model(p) - patch).ravel(), start, max_nfev=60)
+        return scipy.optimize.least_squares(lambda p: (model(p) - patch).ravel(), start, max_nfev=40)
 
     best = min((fit(turn) for turn in (0.0, np.pi / 4, np.pi / 2, 3 * np.pi / 4)), key=lambda result: result.cost)
     return best.x[:2] + np.array([column, row])
