@@ -8,6 +8,7 @@ import math
 import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -76,16 +77,21 @@ class Setup:
 
     def pair(self, frame: int = 0) -> tuple[Picture, Picture]:
         """Left and right picture, blue-green-red; the frame chooses noise and shimmer."""
-        left, right = (
-            nudged(camera, self.nudges.get(side, (0.0, 0.0, 0.0)))
-            for side, camera in zip(SIDES, self.rig.cameras, strict=True)
-        )
         lit_by = self.bars[0] if self.lit_rollers and self.bars else None
-        scene = Scene(TrueRig(left, right), self.seed, self.sensor, self.blur, self.glow, lit_by=lit_by)
+        scene = _scene(self._rig_now(), self.seed, self.sensor, self.blur, glow=self.glow, lit_by=lit_by)
         starts = noise_starts(self.seed, frame)
         return self._picture("left", scene.left, frame, starts[0]), self._picture(
             "right", scene.right, frame, starts[1]
         )
+
+    def _rig_now(self) -> TrueRig:
+        if not self.nudges:
+            return self.rig
+        still = (0.0, 0.0, 0.0)
+        left, right = (
+            nudged(camera, self.nudges.get(side, still)) for side, camera in zip(SIDES, self.rig.cameras, strict=True)
+        )
+        return replace(self.rig, left=left, right=right)
 
     def _picture(self, side: Side, view: View, frame: int, noise_start: int) -> Picture:
         light = view.background.copy()
@@ -96,6 +102,12 @@ class Setup:
             if disturbance.side == side:
                 light = disturbance.changed(light, view, frame)
         return coded(view.exposed(light * np.float32(self.gain), noise_start), self.coding)
+
+
+# Conditions of one seed share their rig and what stands still in it, which takes longest to draw.
+@lru_cache(maxsize=2)
+def _scene(rig: TrueRig, seed: int, sensor: Sensor, blur: Blur, *, glow: Glow, lit_by: Bar | None) -> Scene:
+    return Scene(rig, seed, sensor, blur, glow, lit_by=lit_by)
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,13 +167,15 @@ def set_up(condition: str, seed: int, image_size: ImageSize = (800, 600), effect
         for name in names:
             if name not in changes or changes[name].kind != kind:
                 raise ValueError(f"{argument}: {name!r} is not a {kind} of the simulated mill")
-    setup = _usual(np.random.default_rng([seed, 0x7363]), seed, image_size)
+    setup = _usual(seed, image_size)
     for name in (condition, *effects):
         setup = changes[name].change(setup, np.random.default_rng([seed, zlib.crc32(name.encode())]))
     return setup
 
 
-def _usual(rng: np.random.Generator, seed: int, image_size: ImageSize) -> Setup:
+@lru_cache(maxsize=2)
+def _usual(seed: int, image_size: ImageSize) -> Setup:
+    rng = np.random.default_rng([seed, 0x7363])
     return Setup(
         seed=seed,
         rig=random_rig(rng, image_size),
