@@ -217,8 +217,18 @@ def _progress(unit: str) -> Generator[Callable[[int, int], None]]:
 
 def _add_simulate(command: argparse.ArgumentParser) -> None:
     command.add_argument("--output", type=Path, required=True, metavar="DIR", help="new folder for the recording")
-    command.add_argument("--seed", type=_whole_number, default=1, help="seed of bars and noise, 1 unless given")
-    command.add_argument("--frames", type=_whole_number, default=50, help="image pairs, 50 unless given")
+    command.add_argument(
+        "--scene", default="line", metavar="NAME", help="line (bars passing), thermal, or a condition such as clean"
+    )
+    command.add_argument(
+        "--effect",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="added to a condition, such as ovality; repeatable",
+    )
+    command.add_argument("--seed", type=_whole_number, default=1, help="seed of all that is drawn, 1 unless given")
+    command.add_argument("--frames", type=_whole_number, default=50, help="frames, 50 unless given")
 
 
 def _whole_number(text: str) -> int:
@@ -229,15 +239,46 @@ def _whole_number(text: str) -> int:
 
 
 def _simulate(given: argparse.Namespace) -> None:
-    from appliance.mill.writer import OutputError, write_recording
+    from appliance.mill.writer import OutputError
 
     try:
         with _progress("picture") as on_progress:
-            write_recording(given.output, given.seed, given.frames, on_progress=on_progress)
+            if given.scene == "thermal":
+                _write_thermal(given)
+            else:
+                _write_stereo(given, on_progress)
     except OutputError as error:
         raise CommandError(str(error)) from error
-    print(f"{given.output}: {given.frames} image pairs and the pictures for the calibration of their cameras")
-    print(f"  next: hotgauge calibrate {given.output} --output rig.json")
+    print(f"{given.output}: {given.frames} frames of the scene {given.scene}, with truth")
+    if given.scene != "thermal":
+        print(f"  next: hotgauge calibrate {given.output} --output rig.json")
+
+
+def _write_thermal(given: argparse.Namespace) -> None:
+    from appliance.mill.thermal import random_thermal_line
+    from appliance.mill.writer import write_thermal_recording
+
+    if given.effect:
+        raise CommandError("--effect: a thermal scene has none; leave it out")
+    write_thermal_recording(given.output, random_thermal_line(given.seed), frames=given.frames)
+
+
+def _write_stereo(given: argparse.Namespace, on_progress: Callable[[int, int], None]) -> None:
+    from appliance.mill.scenes import CONDITIONS
+    from appliance.mill.writer import write_line, write_scene
+
+    if given.scene == "line" and not given.effect:
+        write_line(given.output, given.seed, given.frames, on_progress=on_progress)
+        return
+    try:
+        write_scene(given.output, given.scene, given.seed, given.frames, effects=given.effect, on_progress=on_progress)
+    except ValueError as error:
+        known = {
+            kind: ", ".join(row.name for row in CONDITIONS if row.kind == kind) for kind in ("condition", "effect")
+        }
+        raise CommandError(
+            f"{error}; scenes are line, thermal and the conditions {known['condition']}; effects are {known['effect']}"
+        ) from error
 
 
 def _add_registers(command: argparse.ArgumentParser) -> None:

@@ -63,7 +63,10 @@ class _Orders:
         """A free slot, waited for; None when no more orders can come."""
         # all that has come is read first: when drawing is slow, the newest order says what is still wanted
         while not self._slots or self._ready.select(timeout=0):
-            received = self._link.recv(1 << 16)
+            try:
+                received = self._link.recv(1 << 16)
+            except ConnectionError:
+                return None
             if not received:
                 return None
             *lines, self._rest = (self._rest + received).split(b"\n")

@@ -75,6 +75,21 @@ class Setup:
             return None
         return sum(_width_mm(self.bars[0], camera) for camera in self.rig.cameras) / 2
 
+    def truth(self, condition: str, effects: Sequence[str]) -> dict[str, object]:
+        """What is true of the scene; see `StudyScene.truth`."""
+        return {
+            "diameter_mm": self.diameter_mm,
+            "condition": condition,
+            "effects": list(effects),
+            "seed": self.seed,
+            "region_y_mm": list(self.rig.region_y_mm),
+            "bars": [_bar_truth(bar, self.rig) for bar in self.bars],
+        }
+
+    def scene_as_calibrated(self) -> Scene:
+        """The line as it was when the cameras were calibrated: cold, and nothing has moved."""
+        return _scene(self.rig, self.seed, self.sensor, self.blur, glow=self.glow, lit_by=None)
+
     def pair(self, frame: int = 0) -> tuple[Picture, Picture]:
         """Left and right picture, blue-green-red; the frame chooses noise and shimmer."""
         lit_by = self.bars[0] if self.lit_rollers and self.bars else None
@@ -143,15 +158,7 @@ def draw(condition: str, seed: int, image_size: ImageSize = (800, 600), effects:
     """
     setup = set_up(condition, seed, image_size, effects)
     left, right = setup.pair()
-    truth: dict[str, object] = {
-        "diameter_mm": setup.diameter_mm,
-        "condition": condition,
-        "effects": list(effects),
-        "seed": seed,
-        "region_y_mm": list(setup.rig.region_y_mm),
-        "bars": [_bar_truth(bar, setup.rig) for bar in setup.bars],
-    }
-    return StudyScene(setup.rig, left, right, setup.sensor.response, truth)
+    return StudyScene(setup.rig, left, right, setup.sensor.response, setup.truth(condition, effects))
 
 
 def set_up(condition: str, seed: int, image_size: ImageSize = (800, 600), effects: Sequence[str] = ()) -> Setup:

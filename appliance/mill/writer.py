@@ -3,7 +3,7 @@
 import json
 import os
 import shutil
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from appliance.mill.board_pictures import rig_folder_pictures
 from appliance.mill.boards import Board, board_document
 from appliance.mill.rig import TrueRig, default_rig
 from appliance.mill.scene import Picture, Scene
+from appliance.mill.scenes import set_up
 from appliance.mill.sensor import Sensor
 from appliance.mill.thermal import ThermalLine, thermal_truth
 
@@ -32,19 +33,13 @@ class OutputError(Exception):
     """The recording cannot be written; the message says what, where and what to do."""
 
 
-def write_recording(
-    directory: Path,
-    seed: int,
-    frames: int,
-    *,
-    scene_name: str = "s1_clean",
-    poses: int = 15,
-    on_progress: Callable[[int, int], None] | None = None,
+def write_line(
+    directory: Path, seed: int, frames: int, *, poses: int = 15, on_progress: Callable[[int, int], None] | None = None
 ) -> None:
-    """Write a rig folder and one recorded scene with its truth; all of it or nothing.
+    """Write the embedded line as a recording, with the rig folder of its cameras; all of it or nothing.
 
-    `directory` then holds `calibration/`, `registration/`, `board.json`, `truth_rig.json` and
-    `scenes/<scene_name>/` with `left/`, `right/` (JPEG, 4:4:4) and `truth.json`.
+    `directory` then holds `calibration/`, `registration/`, `board.json`, `truth_rig.json` and `scenes/line/` with
+    `left/`, `right/` (JPEG, 4:4:4) and `truth.json`.
 
     Parameters
     ----------
@@ -54,8 +49,6 @@ def write_recording(
         Bars, background, boards and noise.
     frames : int
         Number of image pairs, the first of the line with this seed.
-    scene_name : str
-        Folder of the scene.
     poses : int
         Board poses for the calibration of the cameras.
     on_progress : callable
@@ -66,8 +59,67 @@ def write_recording(
     OutputError
         `directory` is not empty or cannot be written.
     """
+    sensor = Sensor()
+    rig = default_rig()
+    scene = Scene(rig, seed, sensor)
+
+    def pairs() -> Iterator[_Frame]:
+        for frame in range(frames):
+            bar = bar_at(seed, frame)
+            yield *scene.pair(bar, frame), truth(bar, rig.region_y_mm)
+
     with _whole(directory) as folder:
-        _Writer(folder, seed, frames, poses, on_progress).write(scene_name)
+        writer = _Writer(folder, frames + poses + 2, on_progress)
+        writer.write_rig_folder(scene, rig, sensor, seed, poses)
+        writer.write_scene("line", pairs(), ".jpg", "as each frame says")
+
+
+def write_scene(
+    directory: Path,
+    condition: str,
+    seed: int,
+    frames: int,
+    *,
+    effects: Sequence[str] = (),
+    poses: int = 15,
+    on_progress: Callable[[int, int], None] | None = None,
+) -> None:
+    """Write one bar under a condition as a recording, with the rig folder of its cameras; all of it or nothing.
+
+    The rig is drawn from the seed. As `write_line`, but in `scenes/<condition>/` and as PNG, so that a coding that
+    is part of the scene stays as it is.
+
+    Parameters
+    ----------
+    directory : Path
+        Missing or empty.
+    condition : str
+        Of `CONDITIONS`.
+    seed : int
+        Rig, bar, background, boards and noise.
+    frames : int
+        Number of image pairs of the same bar, each with its own noise.
+    effects : sequence of str
+        Of `CONDITIONS`.
+    poses : int
+        Board poses for the calibration of the cameras.
+    on_progress : callable
+        Called with the number of image pairs written so far and their total.
+
+    Raises
+    ------
+    ValueError
+        `condition` or `effects` are not in the table.
+    OutputError
+        `directory` is not empty or cannot be written.
+    """
+    setup = set_up(condition, seed, effects=effects)
+    told = setup.truth(condition, effects)
+    with _whole(directory) as folder:
+        writer = _Writer(folder, frames + poses + 2, on_progress)
+        writer.write_rig_folder(setup.scene_as_calibrated(), setup.rig, setup.sensor, seed, poses)
+        pairs = ((*setup.pair(frame), told) for frame in range(frames))
+        writer.write_scene(condition, pairs, ".png", condition)
 
 
 def write_thermal_recording(directory: Path, line: ThermalLine, *, empty: int = 5, frames: int = 10) -> None:
@@ -113,37 +165,30 @@ def _whole(directory: Path) -> Generator[Path, None, None]:
         shutil.rmtree(partial, ignore_errors=True)
 
 
+_Frame = tuple[Picture, Picture, dict[str, object]]
+
+
 class _Writer:
-    def __init__(
-        self, folder: Path, seed: int, frames: int, poses: int, on_progress: Callable[[int, int], None] | None
-    ) -> None:
+    def __init__(self, folder: Path, total: int, on_progress: Callable[[int, int], None] | None) -> None:
         self._folder = folder
-        self._seed = seed
-        self._frames = frames
-        self._poses = poses
-        self._rng = np.random.default_rng([seed, 0x7772])
-        self._board = Board.with_errors(self._rng)
-        self._rig = default_rig()
-        self._sensor = Sensor()
         self._done = 0
-        self._total = frames + poses + 2
+        self._total = total
         self._on_progress = on_progress
 
-    def write(self, scene_name: str) -> None:
-        scene = Scene(self._rig, self._seed, self._sensor)
-        _write_json(self._folder / "board.json", board_document(self._board, self._sensor.response))
-        _write_json(self._folder / "truth_rig.json", _rig_document(self._rig, self._board))
-        for path, left, right in rig_folder_pictures(scene, self._rig, self._rng, self._board, self._poses):
+    def write_rig_folder(self, scene: Scene, rig: TrueRig, sensor: Sensor, seed: int, poses: int) -> None:
+        rng = np.random.default_rng([seed, 0x7772])
+        board = Board.with_errors(rng)
+        _write_json(self._folder / "board.json", board_document(board, sensor.response))
+        _write_json(self._folder / "truth_rig.json", _rig_document(rig, board))
+        for path, left, right in rig_folder_pictures(scene, rig, rng, board, poses):
             self._write_pair(path, left, right)
-        self._write_scene(scene, f"scenes/{scene_name}")
 
-    def _write_scene(self, scene: Scene, place: str) -> None:
+    def write_scene(self, name: str, frames: Iterable[_Frame], suffix: str, condition: str) -> None:
         rows: list[dict[str, object]] = []
-        for frame in range(self._frames):
-            bar = bar_at(self._seed, frame)
-            self._write_pair(f"{place}/{{side}}/{frame:06}.jpg", *scene.pair(bar, frame))
-            rows.append({"frame": f"{frame:06}", **truth(bar, self._rig.region_y_mm)})
-        _write_json(self._folder / f"{place}/truth.json", _scene_document(rows))
+        for number, (left, right, told) in enumerate(frames):
+            self._write_pair(f"scenes/{name}/{{side}}/{number:06}{suffix}", left, right)
+            rows.append({"frame": f"{number:06}", **told})
+        _write_json(self._folder / f"scenes/{name}/truth.json", _scene_document(rows, condition))
 
     def _write_pair(self, place: str, left: Picture, right: Picture) -> None:
         for side, picture in zip(SIDES, (left, right), strict=True):
@@ -161,7 +206,7 @@ def _write_json(path: Path, document: dict[str, object]) -> None:
     path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
 
-def _scene_document(rows: list[dict[str, object]]) -> dict[str, object]:
+def _scene_document(rows: list[dict[str, object]], condition: str) -> dict[str, object]:
     """`truth.json`: what all frames share on top, None where they differ."""
 
     def shared(key: str) -> object:
@@ -171,9 +216,7 @@ def _scene_document(rows: list[dict[str, object]]) -> dict[str, object]:
     return {
         "diameter_mm": shared("diameter_mm"),
         "temperature_c": shared("temperature_c"),
-        "condition": "clean",
-        "visible_in": list(SIDES),
-        "occluded_in": [],
+        "condition": condition,
         "frames": rows,
     }
 

@@ -4,6 +4,7 @@ The supervisor runs it as `python -m appliance.stations.sizing DESCRIPTOR`; the 
 whose first line holds the settings.
 """
 
+import contextlib
 import math
 import os
 import socket
@@ -36,8 +37,9 @@ def main() -> None:
 
 
 def _wait_for_close(connection: socket.socket, closed: threading.Event) -> None:
-    while connection.recv(1):
-        pass
+    with contextlib.suppress(ConnectionError):  # reset: the supervisor died with messages that it had not read
+        while connection.recv(1):
+            pass
     closed.set()
     time.sleep(LEAVE_TIME_S)
     os._exit(1)  # still here: the loop hangs in a camera or in native code, and nobody listens any more

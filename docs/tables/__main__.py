@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from appliance.faults import FAULTS
+from appliance.mill.scenes import CONDITIONS
 from appliance.settings import table
 from plc.export import to_markdown
 from vision.readings import REASONS
@@ -17,6 +18,7 @@ def texts() -> dict[str, str]:
         "settings.md": settings(),
         "reasons.md": reasons(),
         "faults.md": faults(),
+        "scenes.md": scenes(),
     }
 
 
@@ -47,6 +49,13 @@ def faults() -> str:
     ]
     intro = "Trouble with the equipment; `device_state` is the NE 107 class of the worst active one."
     return _document("Faults", intro, ("code", "name", "device state", "text", "remedy"), rows)
+
+
+def scenes() -> str:
+    """What the simulated mill can draw."""
+    rows = [(f"`{row.name}`", row.kind, row.text) for row in CONDITIONS]
+    intro = "Scenes of the simulated mill: `hotgauge simulate --output DIR --scene CONDITION --effect EFFECT`."
+    return _document("Scenes", intro, ("name", "kind", "text"), rows)
 
 
 _SETTINGS_HEAD = ("key", "allowed", "default", "text")

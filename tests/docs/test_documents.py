@@ -14,7 +14,7 @@ TABLES = REPOSITORY / "docs" / "tables"
 DOCUMENTS = sorted([*REPOSITORY.glob("*.md"), *(REPOSITORY / "docs").rglob("*.md")])
 
 
-@pytest.mark.parametrize("name", ["registers.md", "settings.md", "reasons.md", "faults.md"])
+@pytest.mark.parametrize("name", ["registers.md", "settings.md", "reasons.md", "faults.md", "scenes.md"])
 def test_a_table_is_the_one_of_the_code(name):
     texts = runpy.run_path(str(TABLES / "__main__.py"))["texts"]()
     assert (TABLES / name).read_text(encoding="utf-8") == texts[name], "run `make tables`"

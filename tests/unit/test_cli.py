@@ -13,6 +13,7 @@ from appliance.cameras.mill import MillSource
 from appliance.gauging import mill_rig
 from appliance.measure import READING_FIELDS
 from appliance.mill.bars import bar_at
+from appliance.mill.scenes import set_up
 from appliance.rigs import save_rig
 
 FRAMES = 3
@@ -162,6 +163,33 @@ def test_simulate_calibrate_and_measure_work_one_after_the_other(tmp_path, capsy
     assert measure(scene, rig, output) == 0
     row = json.loads(output.read_text())
     assert row["diameter_mm"] == pytest.approx(bar_at(3, 0).diameter_mm, abs=0.3)
+
+
+def test_simulate_writes_a_condition_with_an_effect_and_its_truth(tmp_path):
+    folder = tmp_path / "hazy"
+    words = ["simulate", "--output", str(folder), "--scene", "haze", "--effect", "ovality", "--frames", "2"]
+    assert cli.main([*words, "--seed", "5"]) == 0
+    truth = json.loads((folder / "scenes" / "haze" / "truth.json").read_text())
+    assert truth["condition"] == "haze"
+    assert truth["frames"][1]["effects"] == ["ovality"]
+    assert truth["diameter_mm"] == set_up("haze", 5, effects=["ovality"]).diameter_mm
+    assert len(list((folder / "scenes" / "haze" / "left").iterdir())) == 2
+    assert len(list((folder / "calibration").iterdir())) == 30
+
+
+def test_simulate_writes_a_thermal_recording(tmp_path):
+    folder = tmp_path / "thermal"
+    assert cli.main(["simulate", "--output", str(folder), "--scene", "thermal", "--frames", "3"]) == 0
+    assert (folder / "truth.json").is_file()
+    assert len(list(folder.glob("*.png"))) == 8  # five of the empty line first
+
+
+def test_simulate_names_the_scenes_that_there_are(tmp_path, capsys):
+    folder = tmp_path / "x"
+    assert cli.main(["simulate", "--output", str(folder), "--scene", "fog"]) == 2
+    assert "'fog' is not a condition" in (line := said(capsys))
+    assert "haze" in line
+    assert not folder.exists()
 
 
 def test_simulate_leaves_a_folder_that_holds_something_alone(tmp_path, capsys):

@@ -9,7 +9,7 @@ from appliance.mill import writer
 from appliance.mill.bars import bar_at, truth
 from appliance.mill.boards import Board, high_pose, low_pose, observe, random_poses
 from appliance.mill.rig import default_rig, random_rig
-from appliance.mill.writer import OutputError, write_recording
+from appliance.mill.writer import OutputError, write_line
 
 
 def test_corners_run_along_the_long_side_from_minus_x_plus_y():
@@ -85,7 +85,7 @@ def test_a_board_that_does_not_fit_is_a_wrong_call():
 def written(tmp_path_factory):
     folder = tmp_path_factory.mktemp("mill") / "line"
     steps = []
-    write_recording(folder, 11, 2, poses=2, on_progress=lambda done, total: steps.append((done, total)))
+    write_line(folder, 11, 2, poses=2, on_progress=lambda done, total: steps.append((done, total)))
     return folder, steps
 
 
@@ -96,15 +96,15 @@ def test_a_written_recording_has_the_layout_of_a_rig_folder_with_a_scene(written
         "board.json",
         *(f"calibration/{side}_{number:02}.png" for side in ("left", "right") for number in range(2)),
         *(f"registration/{side}_{height}.png" for side in ("left", "right") for height in ("high", "low")),
-        *(f"scenes/s1_clean/{side}/{frame:06}.jpg" for side in ("left", "right") for frame in range(2)),
-        "scenes/s1_clean/truth.json",
+        *(f"scenes/line/{side}/{frame:06}.jpg" for side in ("left", "right") for frame in range(2)),
+        "scenes/line/truth.json",
         "truth_rig.json",
     ]
     assert steps == [(done, 6) for done in range(1, 7)]
 
 
 def test_a_written_recording_tells_the_truth_and_plays(written):
-    scene = written[0] / "scenes" / "s1_clean"
+    scene = written[0] / "scenes" / "line"
     document = json.loads((scene / "truth.json").read_text())
     assert document["diameter_mm"] == bar_at(11, 0).diameter_mm
     for frame, row in enumerate(document["frames"]):
@@ -123,7 +123,7 @@ def test_the_board_file_holds_nominal_values_and_the_true_rig_the_errors(written
 
 
 def test_pictures_are_written_without_halved_chroma(written):
-    data = (written[0] / "scenes" / "s1_clean" / "left" / "000000.jpg").read_bytes()
+    data = (written[0] / "scenes" / "line" / "left" / "000000.jpg").read_bytes()
     frame_header = data.index(b"\xff\xc0")
     sampling = data[frame_header + 11 : frame_header + 20 : 3]
     assert sampling == b"\x11\x11\x11"
@@ -139,7 +139,7 @@ def test_rendered_boards_are_found_by_a_detector(written):
 def test_a_folder_that_is_not_empty_is_refused_and_stays_as_it_is(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(OutputError, match="is not empty"):
-        write_recording(tmp_path, 1, 1)
+        write_line(tmp_path, 1, 1)
     assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
 
 
@@ -147,14 +147,14 @@ def test_a_failure_half_way_leaves_nothing_behind(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(writer._Writer, "_write_scene", full)
+    monkeypatch.setattr(writer._Writer, "write_scene", full)
     monkeypatch.setattr(writer, "rig_folder_pictures", lambda *_: iter(()))
     with pytest.raises(OutputError, match=r"cannot be written .No space left"):
-        write_recording(tmp_path / "line", 1, 1)
+        write_line(tmp_path / "line", 1, 1)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_an_output_path_below_a_file_is_refused(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot be written"):
-        write_recording(tmp_path / "file" / "line", 1, 1)
+        write_line(tmp_path / "file" / "line", 1, 1)

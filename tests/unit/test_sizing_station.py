@@ -1,5 +1,8 @@
 import dataclasses
+import select
 import socket
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -139,3 +142,19 @@ def test_a_rig_without_world_frame_is_refused_by_name(rig):
     without_world = dataclasses.replace(load_rig(rig), has_world=False)
     with pytest.raises(RigError, match=r"^line\.json: .*world"):
         TimedGauge(without_world, "line.json")
+
+
+def test_the_process_ends_when_the_supervisor_dies_with_messages_unread(recording, rig):
+    ours, theirs = socket.socketpair()
+    words = [sys.executable, "-P", "-m", "appliance.stations.sizing", str(theirs.fileno())]
+    process = subprocess.Popen(words, pass_fds=(theirs.fileno(),), stdin=subprocess.DEVNULL)
+    theirs.close()
+    camera = {"kind": "recording", "path": str(recording), "rate_hz": 20}
+    settings = SizingSettings.model_validate({"camera": camera, "rig": str(rig)})
+    ours.sendall(settings.model_dump_json().encode() + b"\n")
+    select.select([ours], [], [], 60)
+    ours.close()
+    try:
+        process.wait(10)
+    finally:
+        process.kill()
