@@ -184,8 +184,9 @@ def _project_plane(camera: Camera, x_mm: Array, y_mm: Array) -> Array:
     x, y = np.meshgrid(x_mm, y_mm)
     points = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, PLANE_HEIGHT_MM)])
     width, height = camera.image_size
-    border = np.array([[0, 0], [width, 0], [0, height], [width, height]], dtype=np.float64)
-    farthest = np.nanmax(np.linalg.norm(camera.undistort(border), axis=1))
+    # a lens model that boards in the middle fixed may have no inverse in the corners of the picture
+    picture = np.stack(np.meshgrid(np.linspace(0, width, 33), np.linspace(0, height, 25)), axis=-1).reshape(-1, 2)
+    farthest = np.nanmax(np.linalg.norm(camera.undistort(picture), axis=1))
     seen = points @ camera.R.T + camera.t
     with np.errstate(divide="ignore", invalid="ignore"):
         radius = np.hypot(seen[:, 0], seen[:, 1]) / seen[:, 2]
