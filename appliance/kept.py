@@ -6,7 +6,6 @@ a thread. Trouble with the disk is a fault, and what the PLC has written still c
 
 import asyncio
 import json
-import logging
 import os
 import threading
 from collections.abc import Callable, Mapping
@@ -18,8 +17,6 @@ from plc.rows import select
 
 FILE_NAME = "set_points.json"
 SAVE_PERIOD_S = 1.0
-
-logger = logging.getLogger("hotgauge.kept")
 
 Written = dict[str, int | bool]
 Report = Callable[[str, str], None]
@@ -110,7 +107,6 @@ class Kept:
     def load(self) -> None:
         """Take up what was kept; a file that cannot be used is a fault until a new one is written."""
         if self._file is None:
-            logger.info("set points are kept in memory only; set plc.state_directory to keep them over a restart")
             return
         try:
             self.written = read(self._file)

@@ -10,7 +10,9 @@ from pathlib import Path
 import pytest
 
 from appliance import kept as kept_module
+from appliance.cli import _welcome
 from appliance.kept import FILE_NAME, Kept, KeptError, read, state_folder, write
+from appliance.settings import PlcSettings, Settings
 
 WRITTEN = {"target_diameter": 26550, "product_id": 0x12345678, "steel_temperature": 1050, "hold": True}
 
@@ -48,13 +50,19 @@ def test_heartbeat_and_acknowledge_are_not_kept(tmp_path, reports):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_without_a_folder_nothing_is_written_and_that_is_said(reports, caplog):
-    caplog.set_level("INFO", logger="hotgauge")
+def test_without_a_folder_nothing_is_written(reports):
     kept = loaded(None, reports)
     kept.take(WRITTEN)
     asyncio.run(kept.save())
-    assert "in memory only" in caplog.text
+    assert kept.written == WRITTEN
     assert reports == {}
+
+
+@pytest.mark.parametrize(("writes", "folder", "said"), [("all", None, 1), ("all", "/srv", 0), ("none", None, 0)])
+def test_whoever_may_write_is_told_when_nothing_is_kept(monkeypatch, writes, folder, said):
+    monkeypatch.delenv("STATE_DIRECTORY", raising=False)
+    plc = PlcSettings(writes=writes, state_directory=folder)
+    assert "\n".join(_welcome(Settings(plc=plc), 5020)).count("in memory only") == said
 
 
 @pytest.mark.parametrize(
