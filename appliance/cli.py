@@ -136,7 +136,7 @@ def _welcome(settings: Settings, port: int) -> list[str]:
         "  register map     hotgauge registers --format markdown",
         "  stop             Ctrl-C",
     ]
-    if settings.plc.writes != "none" and state_folder(settings.plc.state_directory) is None:
+    if settings.plc.writes != "none" and state_folder(settings.plc) is None:
         lines.append("  set points       kept in memory only; set plc.state_directory to keep them over a restart")
     return lines
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import cast
 
+from appliance.settings import PlcSettings
 from plc.registers import REGISTERS
 from plc.rows import select
 
@@ -30,10 +31,12 @@ class KeptError(Exception):
     """The file cannot be used; the message says why."""
 
 
-def state_folder(setting: Path | None) -> Path | None:
-    """Folder from the settings, else the service manager's, else none."""
-    if setting is not None:
-        return setting
+def state_folder(plc: PlcSettings) -> Path | None:
+    """Folder from the settings, else the service manager's, else none; none where nobody may write or take back."""
+    if plc.writes == "none":
+        return None
+    if plc.state_directory is not None:
+        return plc.state_directory
     given = os.environ.get("STATE_DIRECTORY", "").partition(":")[0]
     return Path(given) if given else None
 

@@ -55,7 +55,7 @@ class Supervisor:
         self._bars = PerBar(settings.judging.bar_gap_ms / 1000)
         self._faults = Faults()
         self._alarms = Alarms()
-        self._kept = Kept(state_folder(settings.plc.state_directory), self._report_disk)
+        self._kept = Kept(state_folder(settings.plc), self._report_disk)
         self._plc_beat_s: float | None = None
         self._started_s = time.monotonic()
         self._news = asyncio.Event()

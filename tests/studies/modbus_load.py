@@ -65,7 +65,9 @@ def run_appliance(case, seconds=APPLIANCE_S):
         with running("run", "--config", file, port=port) as appliance:
             time.sleep(5)  # calibration of the mill's cameras
             load = Load(port, case["clients"])
+            load.ask_every(0.01, 1.0)
             before = footprint(appliance.process.pid)
+            load.blocks.clear()
             waits_s = load.ask_every(0.01, seconds)
             after = footprint(appliance.process.pid)
             load.close()
@@ -173,6 +175,7 @@ def percentiles(waits_s):
 
 
 def footprint(pid):
+    time.sleep(0.5)  # connections that have just come or gone
     status = Path(f"/proc/{pid}/status").read_text()
     rss_kb = next(int(line.split()[1]) for line in status.splitlines() if line.startswith("VmRSS"))
     return rss_kb, len(list(Path(f"/proc/{pid}/fd").iterdir()))

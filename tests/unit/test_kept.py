@@ -180,10 +180,15 @@ def test_a_slow_disk_does_not_hold_up_the_loop(tmp_path, reports, monkeypatch):
 
 def test_the_folder_is_the_setting_or_the_service_managers_or_none(monkeypatch):
     monkeypatch.delenv("STATE_DIRECTORY", raising=False)
-    assert state_folder(None) is None
+    assert state_folder(PlcSettings(writes="all")) is None
     monkeypatch.setenv("STATE_DIRECTORY", "/var/lib/hotgauge:/var/lib/other")
-    assert state_folder(None) == Path("/var/lib/hotgauge")
-    assert state_folder(Path("/srv")) == Path("/srv")
+    assert state_folder(PlcSettings(writes="all")) == Path("/var/lib/hotgauge")
+    assert state_folder(PlcSettings(writes="all", state_directory=Path("/srv"))) == Path("/srv")
+
+
+def test_where_nobody_may_write_an_old_hold_does_not_come_back(monkeypatch):
+    monkeypatch.setenv("STATE_DIRECTORY", "/var/lib/hotgauge")
+    assert state_folder(PlcSettings(state_directory=Path("/srv"))) is None
 
 
 def test_an_absent_file_is_nothing_written_and_a_folder_in_its_place_is_trouble(tmp_path):
