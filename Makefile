@@ -3,7 +3,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := run
-.PHONY: run test lint types contracts packages
+.PHONY: run test lint types contracts packages study bench tables
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -24,6 +24,16 @@ types: $(VENV)/installed-dev
 
 contracts: $(VENV)/installed-dev
 	$(BIN)/lint-imports --no-logo
+
+# long statistics, written to docs/studies; `make test` runs a sample of them again
+study: $(VENV)/installed-dev
+	PYTHONPATH=tests $(BIN)/python -m studies
+
+bench: $(VENV)/installed-dev
+	PYTHONPATH=tests $(BIN)/python benchmarks/pair.py
+
+tables: $(VENV)/installed-dev
+	$(BIN)/python docs/tables
 
 # mbpoll is a Modbus client that nobody here wrote; the tests read the appliance with it
 packages:

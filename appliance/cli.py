@@ -51,7 +51,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
         _check_command(words[:1])
-        given = _parser().parse_args(words)
+        given = parser().parse_args(words)
         given.run(given)
         sys.stdout.flush()
     except (CommandError, settings_file.SettingsError) as error:
@@ -73,14 +73,15 @@ def _check_command(words: Sequence[str]) -> None:
         raise CommandError(f"there is no command {word}; {advice}")
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = _Parser(prog="hotgauge", description="Measures hot rolled bars and serves the PLC.")
-    commands = parser.add_subparsers(metavar="COMMAND", required=True)
+def parser() -> argparse.ArgumentParser:
+    """The whole command line."""
+    whole = _Parser(prog="hotgauge", description="Measures hot rolled bars and serves the PLC.")
+    commands = whole.add_subparsers(metavar="COMMAND", required=True)
     for name, (run, text, add_arguments) in COMMANDS.items():
         command = commands.add_parser(name, help=text, description=f"{text}.")
         command.set_defaults(run=run)
         add_arguments(command)
-    return parser
+    return whole
 
 
 def _add_config(command: argparse.ArgumentParser) -> None:

@@ -1,7 +1,7 @@
 """How much larger steel is when it is hot.
 
 The elongations are those of EN 1993-1-2:2005: carbon steel by clause 3.4.1.1 (equations 3.1a to 3.1c: 1.48 % at
-1,050 °C, 1.58 % at 1,100 °C), austenitic steel by annex C.3.1 (2.03 % at 1,050 °C, 2.35 % at 1,200 °C). Both are
+1,050 °C, 1.58 % at 1,100 °C), austenitic steel by annex C.3.1 (2.03 % at 1,050 °C, 2.36 % at 1,200 °C). Both are
 given up to 1,200 °C; above, the last equation is carried on. Real steels of a kind differ from it by some
 hundredths of their elongation, which is not part of the uncertainty: a mill that knows better corrects its target.
 """

@@ -29,9 +29,9 @@ class Reason(enum.IntFlag):
     STARTING = 1 << 9
     EDGES_CLIPPED = 1 << 10
     HELD = 1 << 11
-    SOME_EDGES_CLIPPED = 1 << 17
-    LOW_CONTRAST = 1 << 18
-    FEW_WINDOWS = 1 << 19
+    SOME_EDGES_CLIPPED = 1 << 16
+    LOW_CONTRAST = 1 << 17
+    FEW_WINDOWS = 1 << 18
 
     @property
     def names(self) -> list[str]:

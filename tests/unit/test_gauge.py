@@ -96,9 +96,9 @@ def test_two_bars_are_said_so(gauge, scene):
     assert gauge.measure(*both).reasons == Reason.SEVERAL_BARS
 
 
-def test_a_white_picture_has_no_edge(gauge):
+def test_a_white_picture_is_no_bar(gauge):
     white = np.full((600, 800, 3), 255, np.uint8)
-    assert gauge.measure(white, white).reasons == Reason.EDGE_NOT_FOUND
+    assert gauge.measure(white, white).reasons == Reason.NO_BAR
 
 
 def test_edges_that_every_channel_lost_are_no_value(gauge, pair):

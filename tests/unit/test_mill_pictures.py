@@ -1,10 +1,12 @@
 import itertools
 import math
+import time
 
 import numpy as np
 import pytest
 
 from appliance.cameras.mill import MillSource
+from appliance.cameras.source import CameraError
 from appliance.mill import bars
 from appliance.mill.bars import Bar, bar_at, truth
 from appliance.mill.rig import default_rig, random_rig
@@ -180,16 +182,38 @@ def test_the_mill_as_a_camera_says_that_it_is_simulated_and_what_is_true(source)
 
 def test_the_mill_in_real_time_drops_what_nobody_took(source):
     with MillSource(seed=5, rate_hz=10) as camera:
-        camera._pacer._start_s -= 1.0
-        first = camera.next(0.0)
+        first = camera.next(1.0)
+        time.sleep(0.55)
         second = camera.next(1.0)
-    assert first.sequence >= 10
-    assert first.dropped == first.sequence
-    assert second.dropped == first.dropped + second.sequence - first.sequence - 1
+    assert first.sequence == first.dropped == 0
+    assert second.sequence >= 5
+    assert second.dropped == second.sequence - 1
     assert second.left_us == second.sequence * 100_000
-    assert second.exposed_monotonic_s - first.exposed_monotonic_s == pytest.approx(
-        0.1 * (second.sequence - first.sequence)
-    )
+    assert second.exposed_monotonic_s - first.exposed_monotonic_s == pytest.approx(0.1 * second.sequence)
+
+
+def test_the_mill_delivers_no_pair_before_its_moment(source):
+    with MillSource(seed=5, rate_hz=5) as camera:
+        for _ in range(4):
+            pair = camera.next(1.0)
+            assert 0 <= time.monotonic() - pair.exposed_monotonic_s < 0.15
+
+
+def test_without_a_rate_every_frame_comes_in_order(source):
+    first = source.next(5.0).sequence
+    assert [source.next(5.0).sequence for _ in range(20)] == list(range(first + 1, first + 21))
+
+
+def take_all(camera):
+    for _ in range(50):
+        camera.next(5.0)
+
+
+def test_a_drawing_process_that_ends_is_a_camera_error():
+    with MillSource(seed=5, rate_hz=0) as camera:
+        camera._renderer._process.kill()
+        with pytest.raises(CameraError, match="started again"):
+            take_all(camera)
 
 
 def test_the_mill_observes_the_same_boards_every_time(source):

@@ -14,9 +14,9 @@ from vision.light import decoding_table
 from vision.readings import Reason, SizeReading
 from vision.sizing.budget import Budget, LimbLight, uncertainty_budget
 from vision.sizing.cylinder import CylinderFit, fit_cylinder
-from vision.sizing.limb import CLIPPED_FEW, LimbFinder, LimbPoints, straight
+from vision.sizing.limb import CLIPPED_FEW, LimbFinder, LimbPoints
 from vision.sizing.points import EdgePoints
-from vision.sizing.region import RegionGrid, Stripe
+from vision.sizing.region import Outline, RegionGrid
 
 Image = NDArray[np.uint8]
 Array = NDArray[np.float64]
@@ -40,10 +40,9 @@ class _View:
     grid: RegionGrid
     finder: LimbFinder
 
-    def limbs(self, image: Image, stripe: Stripe) -> list[LimbPoints]:
-        """Both limbs of the bar that the stripe roughly is."""
-        sides = ((-1, stripe.left_mm), (1, stripe.right_mm))
-        return [self.finder.locate(image, straight(stripe.y_mm, x_mm), side) for side, x_mm in sides]
+    def limbs(self, image: Image, outline: Outline) -> list[LimbPoints]:
+        """Both limbs of a bar that is roughly known."""
+        return [self.finder.locate(image, outline.left, -1), self.finder.locate(image, outline.right, +1)]
 
 
 class TangentGauge:
@@ -96,14 +95,14 @@ class TangentGauge:
         images = (left, right)
         for name, image, view in zip(("left", "right"), images, self._views, strict=True):
             _check(name, image, view.camera)
-        found = [view.grid.stripes(image, self._decode) for view, image in zip(self._views, images, strict=True)]
-        reasons = _reasons_of_stripes(found)
+        found = [view.grid.bars(image, self._decode) for view, image in zip(self._views, images, strict=True)]
+        reasons = _reasons_of_outlines(found)
         if reasons:
             return SizeReading(reasons=reasons)
         limbs = [
             limb
-            for view, image, stripes in zip(self._views, images, found, strict=True)
-            for limb in view.limbs(image, stripes[0])
+            for view, image, outlines in zip(self._views, images, found, strict=True)
+            for limb in view.limbs(image, outlines[0])
         ]
         reasons = _reasons_of_limbs(limbs)
         if reasons.forbids_value:
@@ -138,8 +137,8 @@ def _check(name: str, image: Image, camera: Camera) -> None:
         )
 
 
-def _reasons_of_stripes(found: list[list[Stripe]]) -> Reason:
-    count = [len(stripes) for stripes in found]
+def _reasons_of_outlines(found: list[list[Outline]]) -> Reason:
+    count = [len(outlines) for outlines in found]
     if max(count) == 0:
         return Reason.NO_BAR
     if min(count) == 0:

@@ -1,8 +1,10 @@
 """The measuring region seen from above, and the hot bar in it, roughly.
 
 Each view is sampled on a grid on a horizontal plane: rows run across the line, columns along it, so that a bar
-stands nearly upright in it however obliquely it crosses the picture. The grid only says where the edges are to
-within a few millimetres; they are located on raw pixels afterwards.
+stands nearly upright in it however obliquely it crosses the picture. A limb is then a long, nearly upright step of
+light: every row votes for the lines that run through its steps, so what covers or lights only a part of the bar
+(oxide, rollers, glare, a post) is outvoted. The grid only says where the limbs are to within a few pixels; edges are
+located on raw pixels afterwards.
 """
 
 from dataclasses import dataclass
@@ -14,33 +16,43 @@ from numpy.typing import NDArray
 from vision.calibration.rig import Camera
 
 Array = NDArray[np.float64]
+Plane = NDArray[np.float32]
 
 PLANE_HEIGHT_MM = 100.0  # between the axis heights of the smallest and of the largest bar
-ROW_STEP_MM = 5.0
+ROW_STEP_MM = 10.0
 COLUMN_STEP_PX = 2.0
 REACH_MM = 1500.0  # across the line, either side
-LEAST_WIDTH_MM = 40.0  # narrower bright stripes are sparks, rails, reflections
-LEAST_COVER = 0.6  # share of the region's rows that a bar must cross
-CLOSING_MM = 20.0  # gaps that oxide patches may leave
+LEAST_SEEN = 0.6  # share of its rows that a column of the grid must have in the picture
+SLOPES = np.linspace(-0.06, 0.06, 25)  # dx/dy of a limb: bars lie along the line to within 3 degrees
+WIDTH_MM = (40.0, 700.0)  # of the bar on the plane: narrower bright stripes are sparks, rails, reflections
+SLOPES_DIFFER = 0.03  # at most, those of the two limbs of one bar
 FLOOR = 0.06  # of full scale, in light: a bar that glows is brighter than that
 CONTRAST = 2.0  # a bar is that many times brighter than the rest
+STEP_CLIPPED = 0.4  # of the bar's light: a larger step is no better evidence of a limb
+LEAST_VOTE = 0.3  # of a full vote, for a line to be a limb
+LEAST_HOT = 0.5  # share of what lies between two limbs of a bar that is hot
+APART_MM = 15.0  # two limbs on the same side are further apart
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stripe:
-    """A bright stripe across the region: one candidate for the bar.
+class Outline:
+    """Where a bar is, roughly: its limbs as lines x(y) on the grid's plane.
 
     Attributes
     ----------
-    y_mm : ndarray of float64, shape (n,)
-        Rows of the grid that it crosses.
-    left_mm, right_mm : ndarray of float64, shape (n,)
-        Its two sides (x), on the grid's plane.
+    left, right : ndarray of float64, shape (2,)
+        Slope dx/dy and x at y = 0, mm, of the limbs at smaller and at larger x.
     """
 
-    y_mm: Array
-    left_mm: Array
-    right_mm: Array
+    left: Array
+    right: Array
+
+
+@dataclass(frozen=True, slots=True)
+class _Line:
+    slope_index: int
+    column: int
+    vote: float
 
 
 class RegionGrid:
@@ -63,10 +75,10 @@ class RegionGrid:
         self.y_mm = np.linspace(*region_y_mm, rows)
         self.column_step_mm = COLUMN_STEP_PX * _pixel_size_mm(camera)
         x_mm = np.arange(-REACH_MM, REACH_MM, self.column_step_mm)
-        pixel = project_plane(camera, x_mm, self.y_mm)
+        pixel = _project_plane(camera, x_mm, self.y_mm)
         width, height = camera.image_size
         inside = np.all((pixel >= 0) & (pixel <= [width - 1, height - 1]), axis=2)
-        seen = np.flatnonzero(inside.mean(axis=0) > LEAST_COVER)
+        seen = np.flatnonzero(inside.mean(axis=0) > LEAST_SEEN)
         if seen.size < 2:
             raise ValueError("the camera does not see the measuring region: is it the right rig?")
         columns = slice(seen[0], seen[-1] + 1)
@@ -78,8 +90,8 @@ class RegionGrid:
         grid = cv2.remap(image, self._pixel[..., 0], self._pixel[..., 1], cv2.INTER_LINEAR)
         return np.asarray(grid if grid.ndim == 2 else grid.max(axis=2), dtype=np.uint8)
 
-    def stripes(self, image: NDArray[np.uint8], decode: NDArray[np.float32]) -> list[Stripe]:
-        """Bright stripes that cross the region, left to right.
+    def bars(self, image: NDArray[np.uint8], decode: NDArray[np.float32]) -> list[Outline]:
+        """Hot bars that lie across the region, left to right.
 
         Parameters
         ----------
@@ -89,31 +101,82 @@ class RegionGrid:
 
         Returns
         -------
-        list of Stripe
+        list of Outline
+            They do not overlap; empty when nothing hot has two limbs.
         """
-        grid = np.asarray(cv2.blur(self.sample(image), (3, 3)), dtype=np.uint8)
-        mask = _hot(grid, decode)
-        gap = round(CLOSING_MM / ROW_STEP_MM), round(CLOSING_MM / self.column_step_mm)
-        closing = cv2.getStructuringElement(cv2.MORPH_RECT, (2 * (gap[1] // 2) + 1, 2 * (gap[0] // 2) + 1))
-        mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, closing)
-        count, label, statistics, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
-        found = [
-            self._stripe(label == index)
-            for index in range(1, count)
-            if statistics[index, cv2.CC_STAT_HEIGHT] >= LEAST_COVER * self.y_mm.size
+        grid = np.asarray(cv2.blur(self.sample(image), (3, 1)), dtype=np.uint8)
+        hot = _hot(grid, decode)
+        if hot is None:
+            return []
+        light = decode[grid]
+        step = np.zeros_like(light)
+        step[:, 1:-1] = (light[:, 2:] - light[:, :-2]) / np.median(light[hot > 0])
+        lefts = self._lines(np.clip(step, 0.0, STEP_CLIPPED))
+        rights = self._lines(np.clip(-step, 0.0, STEP_CLIPPED))
+        return self._pairs(lefts, rights, self._along_slopes(hot.astype(np.float32)))
+
+    def _along_slopes(self, values: Plane) -> Array:
+        """Mean of values along lines x = column + slope * y, shape (slopes, columns)."""
+        rows, columns = values.shape
+        middle = -self.y_mm[0] / ROW_STEP_MM
+        means = [
+            cv2.reduce(
+                cv2.warpAffine(
+                    values,
+                    np.array([[1.0, shear, -shear * middle], [0.0, 1.0, 0.0]]),
+                    (columns, rows),
+                    flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
+                ),
+                0,
+                cv2.REDUCE_AVG,
+            )[0]
+            for shear in SLOPES * ROW_STEP_MM / self.column_step_mm
         ]
-        wide = [one for one in found if np.median(one.right_mm - one.left_mm) >= LEAST_WIDTH_MM]
-        return sorted(wide, key=lambda one: float(np.median(one.left_mm)))
+        return np.array(means, dtype=np.float64)
 
-    def _stripe(self, mask: NDArray[np.bool_]) -> Stripe:
-        rows = np.flatnonzero(mask.any(axis=1))
-        first = mask[rows].argmax(axis=1)
-        last = mask.shape[1] - 1 - mask[rows, ::-1].argmax(axis=1)
-        half = 0.5 * self.column_step_mm
-        return Stripe(self.y_mm[rows], self.x_mm[first] - half, self.x_mm[last] + half)
+    def _lines(self, step: Plane) -> list[_Line]:
+        """Lines that enough rows vote for, each the best within `APART_MM`."""
+        votes = self._along_slopes(step) / STEP_CLIPPED
+        best = votes.max(axis=0)
+        apart = 2 * round(APART_MM / self.column_step_mm) + 1
+        peak = cv2.dilate(best[None, :], np.ones((1, apart), np.uint8))[0]
+        columns = np.flatnonzero((best >= peak) & (best >= LEAST_VOTE))
+        return [_Line(int(votes[:, column].argmax()), int(column), float(best[column])) for column in columns]
+
+    def _pairs(self, lefts: list[_Line], rights: list[_Line], hot: Array) -> list[Outline]:
+        """Bars: pairs of limbs with something hot between them, the best first wherever they overlap."""
+        filled = np.concatenate([np.zeros((len(SLOPES), 1)), np.cumsum(hot, axis=1)], axis=1)
+        ranked = sorted(
+            (
+                (share + left.vote + right.vote, left, right)
+                for left in lefts
+                for right in rights
+                if (share := self._hot_share(left, right, filled)) >= LEAST_HOT
+            ),
+            key=lambda one: -one[0],
+        )
+        chosen: list[tuple[_Line, _Line]] = []
+        for _, left, right in ranked:
+            if all(right.column <= other.column or left.column >= end.column for other, end in chosen):
+                chosen.append((left, right))
+        chosen.sort(key=lambda pair: pair[0].column)
+        return [Outline(self._line(left), self._line(right)) for left, right in chosen]
+
+    def _hot_share(self, left: _Line, right: _Line, filled: Array) -> float:
+        """Share of what lies between two limbs that is hot; 0 for limbs that cannot be one bar's."""
+        columns = right.column - left.column
+        slopes = SLOPES[[left.slope_index, right.slope_index]]
+        width_fits = WIDTH_MM[0] <= columns * self.column_step_mm <= WIDTH_MM[1]
+        if not width_fits or abs(slopes[0] - slopes[1]) > SLOPES_DIFFER:
+            return 0.0
+        row = filled[(left.slope_index + right.slope_index) // 2]
+        return float((row[right.column] - row[left.column]) / columns)
+
+    def _line(self, line: _Line) -> Array:
+        return np.array([SLOPES[line.slope_index], self.x_mm[line.column]])
 
 
-def project_plane(camera: Camera, x_mm: Array, y_mm: Array) -> Array:
+def _project_plane(camera: Camera, x_mm: Array, y_mm: Array) -> Array:
     """Pixels of a grid on the plane z = `PLANE_HEIGHT_MM`, shape (rows, columns, 2), (x, y).
 
     NaN outside the part of the lens model that the picture covers, where it would fold back.
@@ -136,14 +199,13 @@ def _pixel_size_mm(camera: Camera) -> float:
     return float(distance / camera.K[0, 0])
 
 
-def _hot(grid: NDArray[np.uint8], decode: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Mask of what is hot: over Otsu's level, over the floor and well brighter than the rest."""
-    level, mask = cv2.threshold(grid, 0, 1, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
-    level = max(level, float(np.searchsorted(decode, FLOOR)))
-    mask = (grid > level).astype(np.uint8)
+def _hot(grid: NDArray[np.uint8], decode: NDArray[np.float32]) -> NDArray[np.uint8] | None:
+    """Mask of what is hot: over Otsu's level, over the floor and well brighter than the rest; None without any."""
+    level, _ = cv2.threshold(grid, 0, 1, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
+    mask = (grid > max(level, float(np.searchsorted(decode, FLOOR)))).astype(np.uint8)
     if not mask.any() or mask.all():
-        return np.zeros_like(mask)
+        return None
     light = decode[grid]
     if np.median(light[mask == 1]) < CONTRAST * np.median(light[mask == 0]):
-        return np.zeros_like(mask)
+        return None
     return mask

@@ -1,0 +1,102 @@
+"""Writes the tables of this folder from the code that they describe: `make tables`."""
+
+from pathlib import Path
+
+from appliance.alarms import ALARMS
+from appliance.expansion import GRADES
+from appliance.faults import FAULTS
+from appliance.settings import table
+from plc.export import to_markdown
+from vision.readings import REASONS
+
+FOLDER = Path(__file__).parent
+
+
+def texts() -> dict[str, str]:
+    """Every table as Markdown, by file name."""
+    return {
+        "registers.md": to_markdown(),
+        "settings.md": settings(),
+        "reasons.md": reasons(),
+        "faults.md": faults(),
+        "alarms.md": alarms(),
+        "grades.md": grades(),
+    }
+
+
+def settings() -> str:
+    """All settings, in the order of the file."""
+    rows = [
+        (f"`{row.key}`" + (f" ({row.kind})" if row.kind else ""), row.allowed, row.default or "not set", row.text)
+        for row in table()
+    ]
+    return _document("Settings", "One TOML file, checked by `hotgauge check-config FILE`.", _SETTINGS_HEAD, rows)
+
+
+def reasons() -> str:
+    """All reason flags, lowest bit first."""
+    rows = [
+        (str(row.flag.bit_length() - 1), f"`{row.name}`", "no value" if row.forbids_value else "less trust", row.text)
+        for row in REASONS
+    ]
+    intro = "Bits of `reason_word`, and names in the files of `hotgauge measure`."
+    return _document("Reason flags", intro, ("bit", "name", "means", "text"), rows)
+
+
+def faults() -> str:
+    """The fault table."""
+    rows = [
+        (str(row.code), f"`{row.name}`", row.state.name.lower().replace("_", " "), row.text, row.remedy)
+        for row in FAULTS
+    ]
+    intro = "Trouble with the equipment; `device_state` is the NE 107 class of the worst active one."
+    return _document("Faults", intro, ("code", "name", "device state", "text", "remedy"), rows)
+
+
+def alarms() -> str:
+    """The alarm table, by coil."""
+    rows = [
+        (
+            str(coil),
+            f"`{row.name}`",
+            row.priority,
+            f"`{row.cause}`",
+            f"{row.on_delay_s:g}",
+            f"{row.off_delay_s:g}",
+            row.text,
+            row.remedy,
+        )
+        for coil, row in enumerate(ALARMS)
+    ]
+    intro = "Alarms after ISA-18.2, by coil. A cause is a fault of the fault table or a condition of the process."
+    head = ("coil", "name", "priority", "cause", "on-delay, s", "off-delay, s", "text", "remedy")
+    return _document("Alarms", intro, head, rows)
+
+
+def grades() -> str:
+    """The expansion table at three temperatures."""
+    temperatures_c = (1000, 1100, 1200)
+    rows = [
+        (
+            str(number),
+            grade.name,
+            *(f"{100 * grade.elongation(temperature_c):.2f} %" for temperature_c in temperatures_c),
+        )
+        for number, grade in GRADES.items()
+    ]
+    head = ("expansion_grade", "steel", *(f"elongation at {temperature_c} °C" for temperature_c in temperatures_c))
+    return _document("Steel grades", "How much larger steel is than at 20 °C, by EN 1993-1-2:2005.", head, rows)
+
+
+_SETTINGS_HEAD = ("key", "allowed", "default", "text")
+
+
+def _document(title: str, intro: str, head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    lines = [head, ("---",) * len(head), *rows]
+    body = "\n".join("| " + " | ".join(line) + " |" for line in lines)
+    return f"# {title}\n\n{intro}\n\n{body}\n"
+
+
+if __name__ == "__main__":
+    for name, text in texts().items():
+        (FOLDER / name).write_text(text, encoding="utf-8")

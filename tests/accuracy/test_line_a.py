@@ -1,0 +1,77 @@
+"""The product's own way on a path-traced recording: calibrate the folder, measure its scenes, compare with truth.
+
+The bounds are the promise of the README. Nothing of the gauge was set by looking at these pictures' truth.
+"""
+
+import json
+
+import numpy as np
+import pytest
+
+from appliance.calibrate import calibrate_folder
+from appliance.measure import measure_recording
+from appliance.rigs import save_rig
+
+SCENES = {
+    "clean": ("s1_clean", "s3_clean", "s5_clean", "s7_clean"),
+    "scale": ("s2_scale", "s4_scale", "s6_scale", "s8_scale"),
+}
+
+
+@pytest.fixture(scope="module")
+def rig(recordings, tmp_path_factory):
+    path = tmp_path_factory.mktemp("line_a") / "rig.json"
+    save_rig(calibrate_folder(recordings / "line_a").rig, path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def measured(recordings, rig):
+    """Per condition: error and expanded uncertainty of every frame, mm, and the parts of its uncertainty."""
+    return {
+        condition: [row for name in names for row in rows(recordings / "line_a" / "scenes" / name, rig)]
+        for condition, names in SCENES.items()
+    }
+
+
+def rows(scene, rig):
+    output = rig.with_name(f"{scene.name}.jsonl")
+    measure_recording(scene, rig, output)
+    diameter_mm = json.loads((scene / "truth.json").read_text())["diameter_mm"]
+    readings = [json.loads(line) for line in output.read_text().splitlines()]
+    assert [reading["frame"] for reading in readings] == [0, 1]
+    return [reading | {"truth_mm": diameter_mm} for reading in readings]
+
+
+def errors_mm(readings):
+    return np.array([reading["diameter_mm"] - reading["truth_mm"] for reading in readings])
+
+
+@pytest.mark.parametrize("condition", SCENES)
+def test_every_frame_gets_a_value(measured, condition):
+    assert all(reading["valid"] for reading in measured[condition])
+
+
+def test_clean_bars_are_measured_within_0_3_mm(measured):
+    error = errors_mm(measured["clean"])
+    assert np.abs(error).max() < 0.3
+    assert np.sqrt(np.mean(error**2)) < 0.1
+
+
+def test_bars_with_oxide_patches_are_measured_within_1_mm(measured):
+    assert np.abs(errors_mm(measured["scale"])).max() < 1.0
+
+
+@pytest.mark.parametrize("condition", SCENES)
+def test_the_stated_uncertainty_covers_the_error(measured, condition):
+    expanded = np.array([reading["expanded_uncertainty_mm"] for reading in measured[condition]])
+    assert np.all(np.abs(errors_mm(measured[condition])) <= expanded)
+
+
+def test_a_clean_bar_s_uncertainty_is_useful(measured):
+    assert np.median([reading["expanded_uncertainty_mm"] for reading in measured["clean"]]) <= 0.25
+
+
+def test_the_axis_lies_half_a_diameter_above_the_rollers(measured):
+    for reading in measured["clean"]:
+        assert reading["axis_height_mm"] == pytest.approx(reading["truth_mm"] / 2, abs=1.0)
