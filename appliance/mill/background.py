@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from appliance.mill.bars import Bar
 from appliance.mill.sensor import Blur, Light
 
 FLOOR_Z_MM = -400.0
@@ -20,9 +21,14 @@ LAMP_YZ = np.array([-0.5, 0.81], np.float32)
 TINT = np.array([0.85, 1.0, 1.05], np.float32)  # blue, green, red of the hall's lamps
 TEXTURE_SIZE = 1024
 TEXTURE_MM = 1600.0
+# A hot bar lights what is around it: part of the light that a surface scatters, and that worn rollers mirror.
+SCATTERED = 0.25
+MIRRORED = 0.12
+MIRROR_SOFTNESS = 0.5  # of the bar's radius, beyond its limbs
+UP = np.array([[0.0], [0.0], [1.0]], np.float32)
 
 
-def draw(centre_mm: NDArray[np.float64], rays: Light, seed: int, blur: Blur) -> Light:
+def draw(centre_mm: NDArray[np.float64], rays: Light, seed: int, blur: Blur, lit_by: Bar | None = None) -> Light:
     """Blurred linear light of the empty line.
 
     Parameters
@@ -34,6 +40,8 @@ def draw(centre_mm: NDArray[np.float64], rays: Light, seed: int, blur: Blur) -> 
     seed : int
         Place of clutter and texture; both cameras of a rig take the same.
     blur : Blur
+    lit_by : Bar or None
+        The bar whose glow rollers, floor and barriers reflect.
 
     Returns
     -------
@@ -41,7 +49,7 @@ def draw(centre_mm: NDArray[np.float64], rays: Light, seed: int, blur: Blur) -> 
         Blue, green, red; 1 is full scale.
     """
     rng = np.random.default_rng([seed, 0x6261])
-    canvas = _Canvas(centre_mm, rays, _texture(rng))
+    canvas = _Canvas(centre_mm, rays, _texture(rng), lit_by)
     canvas.floor()
     for y_mm in ROLLER_Y_MM:
         canvas.roller(y_mm)
@@ -50,7 +58,10 @@ def draw(centre_mm: NDArray[np.float64], rays: Light, seed: int, blur: Blur) -> 
     for _ in range(CLUTTER):
         _add_clutter(rng, canvas)
     grey = blurred(canvas.light.reshape(rays.shape[:2]), blur)
-    return TINT[:, None, None] * grey
+    if lit_by is None:
+        return TINT[:, None, None] * grey
+    glow = blurred(canvas.glow.reshape(rays.shape[:2]), blur)
+    return (TINT[:, None, None] * grey + lit_by.levels[:, None, None] * glow).astype(np.float32)
 
 
 def blurred(plane: Light, blur: Blur) -> Light:
@@ -83,27 +94,35 @@ def _add_clutter(rng: np.random.Generator, canvas: "_Canvas") -> None:
 class _Canvas:
     """Light and depth of the nearest surface, one value per ray."""
 
-    def __init__(self, centre_mm: NDArray[np.float64], rays: Light, texture: Light) -> None:
+    def __init__(self, centre_mm: NDArray[np.float64], rays: Light, texture: Light, lit_by: Bar | None) -> None:
         self._centre = centre_mm.astype(np.float32)
         self._d = np.ascontiguousarray(rays.reshape(-1, 3).T)
         self._texture = texture
+        self._lit_by = lit_by
         self._depth = np.full(self._d.shape[1], np.inf, np.float32)
         self.light = np.full(self._d.shape[1], 0.5 * FLOOR_LIGHT, np.float32)
+        self.glow = np.zeros(self._d.shape[1], np.float32)
 
     def floor(self) -> None:
         """Horizontal plane under everything."""
         depth = self._plane_depth(2, FLOOR_Z_MM)
         hit = np.flatnonzero(depth > 0)
-        x, y, _ = self._points(hit, depth)
-        self._paint(hit, depth, FLOOR_LIGHT * self._textured(x, y))
+        points = self._points(hit, depth)
+        texture = self._textured(points[0], points[1])
+        self._paint(hit, depth, FLOOR_LIGHT * texture)
+        self._reflect(hit, points, UP, texture, mirrored=0.0)
 
     def wall(self, x_mm: float, y_mm: tuple[float, float], z_mm: tuple[float, float], light: float) -> None:
         """Upright rectangle along the line."""
         depth = self._plane_depth(0, x_mm)
         in_front = np.flatnonzero((depth > 0) & (depth < self._depth))
-        _, y, z = self._points(in_front, depth)
+        points = self._points(in_front, depth)
+        _, y, z = points
         inside = (y >= y_mm[0]) & (y <= y_mm[1]) & (z >= z_mm[0]) & (z <= z_mm[1])
-        self._paint(in_front[inside], depth, light * self._textured(y[inside], z[inside]))
+        texture = self._textured(y[inside], z[inside])
+        self._paint(in_front[inside], depth, light * texture)
+        facing = np.array([[np.sign(self._centre[0] - x_mm)], [0], [0]], np.float32)
+        self._reflect(in_front[inside], points[:, inside], facing, texture, mirrored=0.0)
 
     def roller(self, y_mm: float) -> None:
         """Cylinder along x whose top is z = 0, lit from above."""
@@ -114,12 +133,15 @@ class _Canvas:
         discriminant = b * b - a * (from_axis @ from_axis - np.float32(ROLLER_RADIUS_MM**2))
         depth = (-b - np.sqrt(np.maximum(discriminant, 0))) / a
         hit = np.flatnonzero((discriminant > 0) & (depth > 0) & (depth < self._depth))
-        x, y, z = self._points(hit, depth)
-        on_roller = np.abs(x) < ROLLER_HALF_LENGTH_MM
-        normal = np.stack([y - y_mm, z + ROLLER_RADIUS_MM])[:, on_roller] / ROLLER_RADIUS_MM
-        lit = np.float32(0.15) + np.float32(0.85) * np.maximum(LAMP_YZ @ normal, np.float32(0))
-        texture = self._textured(x[on_roller] + y_mm, ROLLER_RADIUS_MM * np.arctan2(*normal))
-        self._paint(hit[on_roller], depth, ROLLER_LIGHT * lit * texture)
+        points = self._points(hit, depth)
+        on_roller = np.abs(points[0]) < ROLLER_HALF_LENGTH_MM
+        hit, points = hit[on_roller], points[:, on_roller]
+        x, y, z = points
+        normal = np.stack([np.zeros_like(x), y - y_mm, z + ROLLER_RADIUS_MM]) / ROLLER_RADIUS_MM
+        lit = np.float32(0.15) + np.float32(0.85) * np.maximum(LAMP_YZ @ normal[1:], np.float32(0))
+        texture = self._textured(x + y_mm, ROLLER_RADIUS_MM * np.arctan2(*normal[1:]))
+        self._paint(hit, depth, ROLLER_LIGHT * lit * texture)
+        self._reflect(hit, points, normal.astype(np.float32), texture, mirrored=MIRRORED)
 
     def _plane_depth(self, axis: int, level_mm: float) -> Light:
         with np.errstate(divide="ignore"):
@@ -136,3 +158,38 @@ class _Canvas:
     def _paint(self, which: NDArray[np.intp], depth: Light, light: Light) -> None:
         self._depth[which] = depth[which]
         self.light[which] = light
+
+    def _reflect(
+        self, which: NDArray[np.intp], points: Light, normal: Light, texture: Light, *, mirrored: float
+    ) -> None:
+        """Light of the bar that surface points, shape (3, n), send to the camera, over the bar's own."""
+        if self._lit_by is None:
+            return
+        glow = SCATTERED * _irradiance(self._lit_by, points, normal)
+        if mirrored:
+            rays = self._d[:, which]
+            onward = rays - 2 * np.sum(rays * normal, axis=0) * normal
+            glow += mirrored * _mirror_image(self._lit_by, points, onward)
+        self.glow[which] = texture * glow
+
+
+def _irradiance(bar: Bar, points: Light, normal: Light) -> NDArray[np.float64]:
+    """Light that falls on points from an endless glowing cylinder, over the cylinder's: (R / r) cos of incidence."""
+    u = bar.axis_direction
+    to_axis = bar.axis_point_mm[:, None] - points
+    to_axis -= u[:, None] * (u @ to_axis)
+    distance_mm = np.maximum(np.linalg.norm(to_axis, axis=0), bar.diameter_mm / 2)
+    cosine = np.sum(to_axis * normal, axis=0) / distance_mm
+    return bar.diameter_mm / 2 / distance_mm * np.maximum(cosine, 0)
+
+
+def _mirror_image(bar: Bar, points: Light, onward: Light) -> NDArray[np.float64]:
+    """1 where rays that leave points meet the bar, softly less where they pass it."""
+    u = bar.axis_direction
+    from_axis = points - bar.axis_point_mm[:, None]
+    normal = np.cross(onward, u, axis=0)
+    passing_mm = np.abs(np.sum(from_axis * normal, axis=0)) / np.linalg.norm(normal, axis=0)
+    radius_mm = bar.diameter_mm / 2
+    beside = np.maximum(passing_mm / radius_mm - 1, 0) / MIRROR_SOFTNESS
+    towards = np.sum((from_axis - u[:, None] * (u @ from_axis)) * onward, axis=0) < 0
+    return towards * np.exp(-(beside**2))

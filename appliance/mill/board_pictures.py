@@ -1,18 +1,18 @@
 """Pictures of checkerboards on the line, through the true lens, for `hotgauge calibrate`."""
 
+import math
 from collections.abc import Iterator
 
+import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from appliance.mill.background import blurred
 from appliance.mill.boards import Board, Pose, high_pose, low_pose, random_poses
 from appliance.mill.rig import Points, TrueRig
 from appliance.mill.scene import Picture, Scene, View
 from appliance.mill.sensor import Blur, Light, NoiseStock
 
-SUBSAMPLES = 8
-APERTURE_VARIANCE_PX2 = 1 / 12  # of the square pixel that the subsamples fill
+CELLS = 4  # per pixel's side: the lens blurs these, the pixel then collects them
+APERTURE_VARIANCE_PX2 = 1 / 12  # of the square pixel
 BORDER_PX = 24
 WHITE = 0.42
 BLACK = 0.03
@@ -50,10 +50,8 @@ def board_light(view: View, board: Board, pose: Pose) -> Light:
     light = np.float32(BACKGROUND_GAIN) * view.background[1]
     part = _around(view.camera.project(pose.in_world(board.sheet_mm())), light.shape)
     on_board = _board_coordinates(view.camera.centre_mm, view.rays[part].astype(np.float64), pose)
-    sheet, print_light = _supersampled(on_board, board)
-    core_px = float(np.sqrt(view.blur.core_px**2 - APERTURE_VARIANCE_PX2))
-    blur = Blur(core_px, view.blur.halo_px, view.blur.halo_part)
-    light[part] = light[part] * (1 - blurred(sheet, blur)) + blurred(print_light, blur)
+    sheet, print_light = (_collected(cells, view.blur) for cells in _print_cells(on_board, board))
+    light[part] = light[part] * (1 - sheet) + print_light
     return light
 
 
@@ -71,35 +69,51 @@ def _board_coordinates(centre_mm: Points, rays: Points, pose: Pose) -> Points:
     return np.moveaxis((points - pose.centre_mm) @ pose.axes.T, -1, 0)
 
 
-def _supersampled(on_board: Points, board: Board) -> tuple[Light, Light]:
-    """Part of each pixel that the sheet covers, and the sheet's light in it.
+def _print_cells(on_board: Points, board: Board) -> tuple[Light, Light]:
+    """Part of each cell that the sheet covers, and the sheet's light in it.
 
     Inside a pixel, board coordinates are linear in the picture to better than a thousandth of a pixel.
     """
     columns, rows = board.squares
-    x = (on_board[0] / board.true_square_mm + columns / 2).astype(np.float32)
-    y = (rows / 2 - on_board[1] / board.true_square_mm).astype(np.float32)
-    (x_down, x_right), (y_down, y_right) = np.gradient(x), np.gradient(y)
-    sheet, white = np.zeros_like(x), np.zeros_like(x)
-    steps = (np.arange(SUBSAMPLES, dtype=np.float32) + np.float32(0.5)) / SUBSAMPLES - np.float32(0.5)
-    for dy in steps:
-        for dx in steps:
-            on_sheet, is_white = _print(x + dy * x_down + dx * x_right, y + dy * y_down + dx * y_right, board)
-            sheet += on_sheet
-            white += is_white
-    sheet /= SUBSAMPLES**2
-    white /= SUBSAMPLES**2
-    lamp = 1 + LAMP_FALL_PER_SQUARE * (x + y)
-    return sheet, (lamp * (BLACK * (sheet - white) + WHITE * white)).astype(np.float32)
+    x, x_width = _cells(on_board[0] / board.true_square_mm + columns / 2)
+    y, y_width = _cells(rows / 2 - on_board[1] / board.true_square_mm)
+    sheet = _between(x, x_width, -1, columns + 1) * _between(y, y_width, -1, rows + 1)
+    pattern = _between(x, x_width, 0, columns) * _between(y, y_width, 0, rows)
+    black = pattern * (1 + _alternating(x, x_width, columns) * _alternating(y, y_width, rows)) / 2
+    light = (1 + LAMP_FALL_PER_SQUARE * (x + y)) * (BLACK * black + WHITE * (sheet - black))
+    return sheet.astype(np.float32), light.astype(np.float32)
 
 
-def _print(x: Light, y: Light, board: Board) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Whether points, in squares from the pattern's first corner at -x +y, lie on the sheet, and on white.
+def _cells(coordinate: Points) -> tuple[Light, Light]:
+    """A board coordinate, in squares, at the middle of each cell, and by how much it changes over a cell."""
+    centre = coordinate.astype(np.float32)
+    down, right = (np.asarray(slope, np.float32) for slope in np.gradient(centre))
+    steps = (np.arange(CELLS, dtype=np.float32) + np.float32(0.5)) / CELLS - np.float32(0.5)
+    inside = down[:, None, :, None] * steps[:, None, None] + right[:, None, :, None] * steps
+    size = (CELLS * centre.shape[0], CELLS * centre.shape[1])
+    width = (np.hypot(down, right) / CELLS).repeat(CELLS, axis=0).repeat(CELLS, axis=1)
+    return np.asarray(centre[:, None, :, None] + inside, np.float32).reshape(size), np.asarray(width, np.float32)
 
-    The first square is black; a margin of one square around the pattern is white.
+
+def _between(x: Light, width: Light, low: float, high: float) -> Light:
+    """Part of each cell that lies between two lines of the print."""
+    covered = np.clip((x - low) / width + 0.5, 0, 1) * np.clip((high - x) / width + 0.5, 0, 1)
+    return covered.astype(np.float32, copy=False)
+
+
+def _alternating(x: Light, width: Light, squares: int) -> Light:
+    """1 in the first, -1 in the second square and so on, and between them where a line crosses a cell.
+
+    The pattern's outer lines are left to `_between`; the first square is black, a margin of one square is white.
     """
-    columns, rows = board.squares
-    column, row = np.floor(x).astype(np.int32), np.floor(y).astype(np.int32)
-    on_sheet = (column >= -1) & (column <= columns) & (row >= -1) & (row <= rows)
-    pattern = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
-    return on_sheet, on_sheet & ~(pattern & ((column + row) % 2 == 0))
+    line = np.clip(np.rint(x), 1, squares - 1)
+    return (1 - 2 * (line % 2)) * np.clip(2 * (x - line) / width, -1, 1)
+
+
+def _collected(cells: Light, blur: Blur) -> Light:
+    """Light of pixels whose cells are seen through the lens."""
+    core_px = math.sqrt(blur.core_px**2 - APERTURE_VARIANCE_PX2)
+    size = (cells.shape[1] // CELLS, cells.shape[0] // CELLS)
+    core = cv2.resize(cv2.GaussianBlur(cells, (0, 0), CELLS * core_px), size, interpolation=cv2.INTER_AREA)
+    halo = cv2.GaussianBlur(core, (0, 0), blur.halo_px)
+    return np.asarray(core + blur.halo_part * (halo - core), np.float32)

@@ -4,7 +4,7 @@ World frame: mm, z up from the roller tops z = 0, y along the rolling direction,
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,10 +81,18 @@ class TrueCamera:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrueRig:
-    """Two cameras that look at the line."""
+    """Two cameras that look at the line.
+
+    Attributes
+    ----------
+    left, right : TrueCamera
+    region_y_mm : tuple of float
+        Measuring region along the line.
+    """
 
     left: TrueCamera
     right: TrueCamera
+    region_y_mm: tuple[float, float] = (-250.0, 250.0)
 
     @property
     def cameras(self) -> tuple[TrueCamera, TrueCamera]:
@@ -117,7 +125,8 @@ def random_rig(rng: np.random.Generator, image_size: tuple[int, int] = (800, 600
     """Rig as another mill might have it, both pictures holding the measuring region.
 
     Distance 1.5 to 4 m, baseline 0.5 to 2.5 m (at most 1.2 times the distance, else the cameras would stand
-    on the floor), elevation 40 to 80 degrees, roll, aim, focal length, principal point and lens at random.
+    on the floor), elevation 40 to 80 degrees, roll, aim, focal length, principal point and lens at random; the
+    region reaches 150 to 250 mm to either side of y = 0.
     """
     distance_mm = rng.uniform(1500, 4000)
     baseline_mm = rng.uniform(500, min(2500, 1.2 * distance_mm))
@@ -131,7 +140,17 @@ def random_rig(rng: np.random.Generator, image_size: tuple[int, int] = (800, 600
         aim = np.array([0.0, 0.0, 120.0]) + rng.normal(0, 15, 3)
         pose = look_at(centre, aim, np.deg2rad(rng.uniform(-12, 12)))
         cameras.append(_random_lens(rng, pose, filled, image_size))
-    return TrueRig(*cameras)
+    return TrueRig(*cameras, region_y_mm=(-rng.uniform(150, 250), rng.uniform(150, 250)))
+
+
+def nudged(camera: TrueCamera, turn_deg: tuple[float, float, float]) -> TrueCamera:
+    """Camera turned about its own x, y and z axis after its calibration, its projection centre in place."""
+    x, y, z = np.deg2rad(turn_deg)
+    angle = math.hypot(x, y, z)
+    skew = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    # Rodrigues' formula
+    turn = np.eye(3) + np.sinc(angle / np.pi) * skew + 0.5 * np.sinc(angle / 2 / np.pi) ** 2 * skew @ skew
+    return replace(camera, R=turn @ camera.R, t=turn @ camera.t)
 
 
 def look_at(centre_mm: Points, aim_mm: Points, roll: float) -> tuple[Points, Points]:

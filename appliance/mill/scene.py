@@ -9,6 +9,7 @@ from appliance.mill.bars import Bar
 from appliance.mill.rig import TrueCamera, TrueRig
 from appliance.mill.sensor import LEVELS, Blur, Light, NoiseStock, Sensor
 from appliance.mill.silhouette import Glow, silhouette
+from appliance.mill.surface import with_details
 
 Picture = NDArray[np.uint8]
 
@@ -24,6 +25,8 @@ class Scene:
     sensor : Sensor
     blur : Blur
     glow : Glow
+    lit_by : Bar or None
+        The bar whose glow the line reflects, in every picture.
     """
 
     def __init__(
@@ -33,18 +36,27 @@ class Scene:
         sensor: Sensor = Sensor(),  # noqa: B008  frozen
         blur: Blur = Blur(),  # noqa: B008
         glow: Glow = Glow(),  # noqa: B008
+        *,
+        lit_by: Bar | None = None,
     ) -> None:
         self._seed = seed
         columns, rows = rig.left.image_size
         noise = NoiseStock((3, rows, columns), seed)
         self.left, self.right = (
-            View(camera, seed, noise=noise, sensor=sensor, blur=blur, glow=glow) for camera in rig.cameras
+            View(camera, seed, noise=noise, sensor=sensor, blur=blur, glow=glow, lit_by=lit_by)
+            for camera in rig.cameras
         )
 
     def pair(self, bar: Bar | None, frame: int) -> tuple[Picture, Picture]:
         """Left and right picture, blue-green-red, shape (rows, columns, 3); the frame's number chooses the noise."""
-        places = np.random.default_rng([self._seed, frame]).integers(NoiseStock.EXTRA, size=2)
-        return self.left.picture(bar, int(places[0])), self.right.picture(bar, int(places[1]))
+        left, right = noise_starts(self._seed, frame)
+        return self.left.picture(bar, left), self.right.picture(bar, right)
+
+
+def noise_starts(seed: int, frame: int) -> tuple[int, int]:
+    """Where the noise of a frame's left and right picture is cut from the stock."""
+    left, right = np.random.default_rng([seed, frame]).integers(NoiseStock.EXTRA, size=2)
+    return int(left), int(right)
 
 
 class View:
@@ -58,6 +70,7 @@ class View:
     noise : NoiseStock
         For pictures of this camera's size.
     sensor, blur, glow : Sensor, Blur, Glow
+    lit_by : Bar or None
 
     Attributes
     ----------
@@ -70,12 +83,20 @@ class View:
     """
 
     def __init__(
-        self, camera: TrueCamera, seed: int, *, noise: NoiseStock, sensor: Sensor, blur: Blur, glow: Glow
+        self,
+        camera: TrueCamera,
+        seed: int,
+        *,
+        noise: NoiseStock,
+        sensor: Sensor,
+        blur: Blur,
+        glow: Glow,
+        lit_by: Bar | None = None,
     ) -> None:
         self.camera = camera
         self.rays = camera.rays(camera.pixel_grid()).astype(np.float32)
         self.blur = blur
-        self.background = background.draw(camera.centre_mm, self.rays, seed, blur)
+        self.background = background.draw(camera.centre_mm, self.rays, seed, blur, lit_by)
         self._glow = glow
         self._noise = noise
         self._sensor = sensor
@@ -85,7 +106,8 @@ class View:
     def light(self, bar: Bar | None) -> Light:
         """Linear light before noise, planes blue, green, red, shape (3, rows, columns); 1 is full scale."""
         light = self.background.copy()
-        self._add_bar(light, bar)
+        if bar is not None:
+            self.add_bar(light, bar)
         return light
 
     def picture(self, bar: Bar | None, noise_start: int) -> Picture:
@@ -93,22 +115,29 @@ class View:
         noise = self._noise.cut(noise_start)
         light = self.background.copy()
         spread = self._background_noise
-        touched = self._add_bar(light, bar)
+        touched = None if bar is None else self.add_bar(light, bar)
         if touched is not None:
             spread = spread.copy()
             spread[touched] = self._sensor.noise(light[touched])
         light += spread * noise
         return cv2.merge(list(self._digitised(light))).astype(np.uint8, copy=False)
 
+    def exposed(self, light: Light, noise_start: int) -> Picture:
+        """8-bit picture, shape (rows, columns, 3), of linear light as `light` gives it."""
+        noise = self._sensor.noise(light) * self._noise.cut(noise_start)
+        noise += light
+        return cv2.merge(list(self._digitised(noise))).astype(np.uint8, copy=False)
+
     def grey_picture(self, light: Light, noise_start: int) -> Picture:
         """8-bit grey picture of linear light, shape (rows, columns)."""
         return self._digitised(light + self._sensor.noise(light) * self._noise.cut(noise_start)[0])
 
-    def _add_bar(self, light: Light, bar: Bar | None) -> tuple[slice, slice, slice] | None:
-        """Draw the bar over the background; the part of the planes that it touches."""
-        seen = None if bar is None else silhouette(self.camera.centre_mm, self.rays, bar, self._glow, self.blur)
-        if bar is None or seen is None:
+    def add_bar(self, light: Light, bar: Bar) -> tuple[slice, slice, slice] | None:
+        """Draw a bar over linear light, in place; the part of the planes that it touches, None beside the picture."""
+        seen = silhouette(self.camera.centre_mm, self.rays, bar, self._glow, self.blur)
+        if seen is None:
             return None
+        seen = with_details(seen, self.camera.centre_mm, self.rays, bar, self.blur)
         touched = (slice(None), seen.rows, seen.columns)
         part = light[touched]
         part *= 1 - seen.coverage

@@ -1,15 +1,26 @@
 """Lens blur and sensor: from linear light to the 8-bit picture."""
 
+import math
 from dataclasses import dataclass
 from typing import Literal
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 Response = Literal["srgb", "linear", "gamma 2.2"]
 Light = NDArray[np.float32]
 
+Coding = Literal["lossless", "jpeg 4:4:4", "jpeg 4:2:0"]
+
 LEVELS = 1 << 14
+STEP_REACH = 6.0
+STEP_PLACES = np.linspace(-STEP_REACH, STEP_REACH, 4801)
+STEP = np.array([0.5 * math.erfc(-place / math.sqrt(2)) for place in STEP_PLACES])
+SAMPLING: dict[Coding, int] = {
+    "jpeg 4:4:4": cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
+    "jpeg 4:2:0": cv2.IMWRITE_JPEG_SAMPLING_FACTOR_420,
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +82,19 @@ def encode(light: NDArray[np.float64], response: Response) -> NDArray[np.float64
     if response == "gamma 2.2":
         return light ** (1 / 2.2)
     return np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+
+
+def coded(picture: NDArray[np.uint8], coding: Coding, quality: int = 92) -> NDArray[np.uint8]:
+    """Blue-green-red picture as it comes back from its coding; 4:2:0 halves the colour's resolution."""
+    if coding == "lossless":
+        return picture
+    options = [cv2.IMWRITE_JPEG_QUALITY, quality, cv2.IMWRITE_JPEG_SAMPLING_FACTOR, SAMPLING[coding]]
+    return np.asarray(cv2.imdecode(cv2.imencode(".jpg", picture, options)[1], cv2.IMREAD_COLOR), np.uint8)
+
+
+def blurred_step(place: NDArray[np.floating]) -> Light:
+    """A step from 0 to 1 behind a Gaussian blur, at distances from it in standard deviations of the blur."""
+    return np.interp(place, STEP_PLACES, STEP).astype(np.float32)
 
 
 class NoiseStock:

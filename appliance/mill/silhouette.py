@@ -3,6 +3,9 @@
 A pixel's ray passes the axis at a signed distance q; the silhouette's limbs are q = -R and q = +R, whatever
 the lens and the pose. Where a limb is straight over the width of the blur, blurred light depends only on q and on
 the local scale g = |grad q| in mm per pixel, so it is computed as a table over (g, q) and looked up per pixel.
+
+An elliptic section becomes a circle, and the silhouette of the one that of the other, when camera and rays are
+squeezed along the ellipse's axes. A tube around a curved axis is hidden from a ray that passes the curve at R.
 """
 
 import math
@@ -19,6 +22,9 @@ COARSE_PX = 8
 SCALES = 5
 CELLS_PER_PX = 20
 REACH_IN_HALOS = 5.0
+CAMBER_LENGTH_MM = 1000.0
+CAMBER_REACH_MM = 2000.0  # beyond, the axis goes on straight
+CAMBER_ROUNDS = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,8 +53,8 @@ class Silhouette:
         Where it is in the picture.
     coverage : ndarray of float32, shape (rows, columns)
         Blurred part of each pixel that the bar hides, 0 to 1.
-    glow : ndarray of float32, shape (rows, columns)
-        Blurred light of the bar, 1 for the middle of a bar without unevenness.
+    glow : ndarray of float32, shape (rows, columns) or (3, rows, columns)
+        Blurred light of the bar, 1 for the middle of a bar without unevenness; per channel where that differs.
     """
 
     rows: slice
@@ -75,6 +81,7 @@ def silhouette(centre_mm: NDArray[np.float64], rays: Light, bar: Bar, glow: Glow
     Silhouette or None
         None when the bar is outside the picture.
     """
+    centre_mm, rays = rounded(centre_mm, rays, bar)
     distance = axis_distance(centre_mm, rays[::COARSE_PX, ::COARSE_PX], bar)
     down, right = np.gradient(distance)
     scale = np.hypot(down, right) / COARSE_PX
@@ -98,13 +105,56 @@ def silhouette(centre_mm: NDArray[np.float64], rays: Light, bar: Bar, glow: Glow
     return Silhouette(rows, columns, coverage, light)
 
 
+def rounded(centre_mm: NDArray[np.float64], rays: Light, bar: Bar) -> tuple[NDArray[np.float64], Light]:
+    """Camera and unit rays, float32 (..., 3), in the space in which the bar's section is the circle of its diameter."""
+    if bar.ovality_mm == 0:
+        return centre_mm, rays
+    turn = math.radians(bar.ovality_deg)
+    squeeze = np.eye(3)
+    for angle, excess_mm in ((turn, bar.ovality_mm / 2), (turn + math.pi / 2, -bar.ovality_mm / 2)):
+        along = math.cos(angle) * bar.across + math.sin(angle) * np.array([0.0, 0.0, 1.0])
+        squeeze += (bar.diameter_mm / (bar.diameter_mm + excess_mm) - 1) * np.outer(along, along)
+    moved = rays @ squeeze.astype(np.float32)
+    moved /= np.linalg.norm(moved, axis=-1, keepdims=True)
+    return bar.axis_point_mm + squeeze @ (centre_mm - bar.axis_point_mm), moved
+
+
 def axis_distance(centre_mm: NDArray[np.float64], rays: Light, bar: Bar) -> Light:
-    """Signed distance in mm between rays (..., 3) from a camera and the bar's axis, float32 (...)."""
+    """Signed distance in mm between unit rays (..., 3) from a camera and the bar's axis, float32 (...)."""
+    if bar.camber_mm != 0:
+        point, direction = axis_near(centre_mm, rays, bar)
+        normal = np.cross(direction, centre_mm - point)
+        along = np.einsum("...i,...i", rays, direction)
+        return (np.einsum("...i,...i", rays, normal) / np.sqrt(1 - along**2)).astype(np.float32)
     u = bar.axis_direction
     moment = np.cross(u, centre_mm - bar.axis_point_mm)
     both = rays.reshape(-1, 3) @ np.stack([moment, u], axis=1).astype(np.float32)
     sine = np.sqrt(1 - both[:, 1] ** 2, dtype=np.float32)
     return np.divide(both[:, 0], sine, dtype=np.float32).reshape(rays.shape[:-1])
+
+
+def axis_near(centre_mm: NDArray[np.float64], rays: Light, bar: Bar) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Point and direction of the axis where each unit ray passes it, shape (..., 3) or (3,) if the axis is straight."""
+    point, direction = bar.axis_point_mm, bar.axis_direction
+    if bar.camber_mm == 0:
+        return point, direction
+    for _ in range(CAMBER_ROUNDS):
+        near = point + station_mm(centre_mm - point, rays, direction)[..., None] * direction
+        s = np.clip((near - bar.axis_point_mm) @ bar.axis_direction, -CAMBER_REACH_MM, CAMBER_REACH_MM)[..., None]
+        bend = -4 * bar.camber_mm * (s / CAMBER_LENGTH_MM) ** 2
+        slope = -8 * bar.camber_mm * s / CAMBER_LENGTH_MM**2
+        point = bar.axis_point_mm + s * bar.axis_direction + bend * bar.across
+        direction = (bar.axis_direction + slope * bar.across) / np.sqrt(1 + slope**2)
+    return point, direction
+
+
+def station_mm(
+    from_axis_mm: NDArray[np.float64], rays: NDArray[np.floating], direction: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Where rays pass lines of unit `direction` nearest, along the line from the point that is `from_axis_mm` away."""
+    cosine = np.einsum("...i,...i", rays, direction)
+    ahead = np.einsum("...i,...i", from_axis_mm, direction)
+    return (ahead - cosine * np.einsum("...i,...i", rays, from_axis_mm)) / (1 - cosine**2)
 
 
 def _box(touched: NDArray[np.bool_], shape: tuple[int, ...]) -> tuple[slice, slice]:
@@ -157,9 +207,8 @@ class _Surface:
 
     def light(self, sine: NDArray[np.float64]) -> NDArray[np.float64]:
         """Light that leaves the surface towards the camera, over q/R."""
-        across = np.cross(self.bar.axis_direction, [0.0, 0.0, 1.0])
         to_camera = self.camera_mm - self.bar.axis_point_mm
-        x, z = float(to_camera @ across), float(to_camera[2])
+        x, z = float(to_camera @ self.bar.across), float(to_camera[2])
         exit_angle = np.arcsin(sine)
         ray_turn = np.arcsin(sine * self.bar.diameter_mm / 2 / math.hypot(x, z))
         place = math.atan2(z, x) + ray_turn - exit_angle - math.radians(self.bar.warm_side_deg)

@@ -3,7 +3,8 @@
 import json
 import os
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from pathlib import Path
 
 import cv2
@@ -15,6 +16,7 @@ from appliance.mill.boards import Board, board_document
 from appliance.mill.rig import TrueRig, default_rig
 from appliance.mill.scene import Picture, Scene
 from appliance.mill.sensor import Sensor
+from appliance.mill.thermal import ThermalLine, thermal_truth
 
 JPEG_OPTIONS = [
     cv2.IMWRITE_JPEG_QUALITY,
@@ -64,13 +66,44 @@ def write_recording(
     OutputError
         `directory` is not empty or cannot be written.
     """
+    with _whole(directory) as folder:
+        _Writer(folder, seed, frames, poses, on_progress).write(scene_name)
+
+
+def write_thermal_recording(directory: Path, line: ThermalLine, *, empty: int = 5, frames: int = 10) -> None:
+    """Write a recording of one thermal camera, `000000.png` ... and `truth.json`; all of it or nothing.
+
+    Parameters
+    ----------
+    directory : Path
+        Missing or empty.
+    line : ThermalLine
+    empty : int
+        Frames without the bar at the beginning.
+    frames : int
+        Frames with the bar after them.
+
+    Raises
+    ------
+    OutputError
+        `directory` is not empty or cannot be written.
+    """
+    with _whole(directory) as folder:
+        for number, picture in enumerate(line.pictures(empty, frames)):
+            (folder / f"{number:06}.png").write_bytes(cv2.imencode(".png", picture)[1].tobytes())
+        _write_json(folder / "truth.json", thermal_truth(line, empty, frames))
+
+
+@contextmanager
+def _whole(directory: Path) -> Generator[Path, None, None]:
+    """A folder that becomes `directory` when all has been written to it."""
     place = directory.resolve()
     partial = place.with_name(f".{place.name}.partial-{os.getpid()}")
     try:
         if directory.exists() and any(directory.iterdir()):
             raise OutputError(f"{directory}: is not empty; give a new or empty folder")
         partial.mkdir(parents=True)
-        _Writer(partial, seed, frames, poses, on_progress).write(scene_name)
+        yield partial
         partial.replace(place)
     except OSError as error:
         raise OutputError(
@@ -98,8 +131,8 @@ class _Writer:
 
     def write(self, scene_name: str) -> None:
         scene = Scene(self._rig, self._seed, self._sensor)
-        self._write_json("board.json", board_document(self._board, self._sensor.response))
-        self._write_json("truth_rig.json", _rig_document(self._rig, self._board))
+        _write_json(self._folder / "board.json", board_document(self._board, self._sensor.response))
+        _write_json(self._folder / "truth_rig.json", _rig_document(self._rig, self._board))
         for path, left, right in rig_folder_pictures(scene, self._rig, self._rng, self._board, self._poses):
             self._write_pair(path, left, right)
         self._write_scene(scene, f"scenes/{scene_name}")
@@ -109,8 +142,8 @@ class _Writer:
         for frame in range(self._frames):
             bar = bar_at(self._seed, frame)
             self._write_pair(f"{place}/{{side}}/{frame:06}.jpg", *scene.pair(bar, frame))
-            rows.append({"frame": f"{frame:06}", **truth(bar)})
-        self._write_json(f"{place}/truth.json", _scene_document(rows))
+            rows.append({"frame": f"{frame:06}", **truth(bar, self._rig.region_y_mm)})
+        _write_json(self._folder / f"{place}/truth.json", _scene_document(rows))
 
     def _write_pair(self, place: str, left: Picture, right: Picture) -> None:
         for side, picture in zip(SIDES, (left, right), strict=True):
@@ -122,10 +155,10 @@ class _Writer:
         if self._on_progress is not None:
             self._on_progress(self._done, self._total)
 
-    def _write_json(self, place: str, document: dict[str, object]) -> None:
-        path = self._folder / place
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+
+def _write_json(path: Path, document: dict[str, object]) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
 
 def _scene_document(rows: list[dict[str, object]]) -> dict[str, object]:
@@ -163,5 +196,5 @@ def _rig_document(rig: TrueRig, board: Board) -> dict[str, object]:
         "registration": {"board_centre_xy_mm": [0.0, 0.0], "board_yaw_deg": 0.0},
         "low_mm": board.low_mm + board.low_error_mm,
         "high_mm": board.high_mm + board.high_error_mm,
-        "measure_y_mm": [-250.0, 250.0],
+        "measure_y_mm": list(rig.region_y_mm),
     }

@@ -65,16 +65,37 @@ def test_light_rises_with_temperature_as_planck_says():
 
 
 def test_bars_come_and_go_and_change_and_drift_slowly():
-    line = [bar_at(1, frame) for frame in range(6 * bars.FRAMES_PER_BAR)]
-    gaps = [frame for frame, bar in enumerate(line) if bar is None]
-    assert len(gaps) == 6 * bars.GAP_FRAMES
-    assert len({bar.diameter_mm for bar in line if bar}) == 6
+    line = [bar_at(1, frame) for frame in range(12 * bars.FRAMES_PER_BAR)]
+    shown = [bar for bar in line if bar]
+    assert len(line) - len(shown) == 11 * bars.GAP_FRAMES + bars.FRAMES_PER_BAR  # with one pause
+    assert len({bar.diameter_mm for bar in shown}) == 12
     for before, after in itertools.pairwise(line):
         if before and after:
             assert before.diameter_mm == after.diameter_mm
             assert abs(before.offset_mm - after.offset_mm) < 3
             assert abs(before.yaw_deg - after.yaw_deg) < 0.1
-    assert all(80 <= bar.diameter_mm <= 300 for bar in line if bar)
+            assert after.head_mm - before.head_mm == after.tail_mm - before.tail_mm == bars.STEP_MM
+    assert all(80 <= bar.diameter_mm <= 300 for bar in shown)
+
+
+def test_a_line_starts_with_a_bar_and_each_enters_passes_and_leaves():
+    rows = [truth(bar_at(4, frame)) for frame in range(200)]
+    assert rows[0]["condition"] == "clean"
+    stages = [condition for condition, _ in itertools.groupby(row["condition"] for row in rows)]
+    assert stages[:5] == ["clean", "bar end", "no bar", "bar end", "clean"]
+    for row in rows:
+        in_region = row["condition"] == "clean"
+        assert (row["diameter_mm"] is not None) >= in_region
+        assert row["condition"] != "bar end" or -250 < row["head_y_mm"] < 250 or -250 < row["tail_y_mm"] < 250
+
+
+def test_an_end_that_covers_less_than_half_of_the_region_has_no_diameter():
+    assert truth(Bar(100.0, head_mm=1.0))["diameter_mm"] == 100.0
+    assert truth(Bar(100.0, head_mm=-1.0))["diameter_mm"] is None
+    assert truth(Bar(100.0, tail_mm=1.0))["diameter_mm"] is None
+    assert truth(Bar(100.0, tail_mm=-1.0))["condition"] == "bar end"
+    assert truth(Bar(100.0, tail_mm=251.0))["condition"] == "no bar"
+    assert truth(Bar(100.0, head_mm=-1.0), (-250.0, 0.0))["diameter_mm"] == 100.0
 
 
 def test_a_bar_lies_on_the_rollers_and_its_truth_says_where():
@@ -88,7 +109,7 @@ def test_a_bar_lies_on_the_rollers_and_its_truth_says_where():
 
 def test_a_frame_in_a_gap_shows_the_empty_line(scene):
     assert np.array_equal(scene.left.light(None), scene.left.background)
-    frame = bars.FRAMES_PER_BAR - 1
+    frame = bars.FRAMES_PER_BAR - bars.FIRST_FRAME - 1
     assert bar_at(3, frame) is None
     assert scene.pair(None, frame)[0].max() < 90
 

@@ -1,0 +1,24 @@
+"""A sample of each study, drawn anew every time, gives what is written in docs/studies."""
+
+import json
+import random
+
+import pytest
+
+from studies.__main__ import NAMES, RESULTS, row, study
+
+SAMPLE = 4
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_sample_of_a_study_agrees_with_its_written_results(name):
+    written = json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
+    assert written["cases"] == len(written["rows"]) == len(study(name).cases())
+    assert study(name).summary(written["rows"]) == written["summary"]
+    for stored in random.sample(written["rows"], SAMPLE):
+        case = {key: stored[key] for key in study(name).cases()[0]}
+        again = row(name, case)
+        assert again.keys() == stored.keys(), case
+        for key, value in stored.items():
+            expected = pytest.approx(value, rel=1e-3, abs=1e-3) if isinstance(value, float) else value
+            assert again[key] == expected, (case, key)
