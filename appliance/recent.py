@@ -8,6 +8,8 @@ from appliance.stations.link import ReadingMessage
 from plc.registers import Value
 from plc.rings import READING_FIELDS, SLOTS
 
+BLIND_S = 2.0  # a bar that is seen again after so long may be another one
+
 
 class ReadingRing:
     """The last readings as they were served."""
@@ -30,7 +32,8 @@ class ReadingRing:
 class PerBar:
     """Smallest, mean and largest diameter of the bar that passes, or of the last one until the next begins.
 
-    A bar begins with the first valid reading after a gap, and ends when no bar has been seen for `gap_s`.
+    A bar begins with the first valid reading after a gap, and ends when no bar has been seen for `gap_s`, or
+    nothing at all for a while.
 
     Parameters
     ----------
@@ -48,9 +51,11 @@ class PerBar:
 
     def take(self, reading: ReadingMessage) -> None:
         """Take a new reading into account."""
+        away_s = reading.exposed_monotonic_s - self._seen_s
         if reading.reasons & NO_BAR:
-            self._passing = self._passing and reading.exposed_monotonic_s - self._seen_s < self._gap_s
+            self._passing = self._passing and away_s < self._gap_s
             return
+        self._passing = self._passing and away_s < max(BLIND_S, self._gap_s)
         self._seen_s = reading.exposed_monotonic_s
         if reading.valid and reading.diameter_mm is not None:
             self._add(reading.diameter_mm)

@@ -188,7 +188,7 @@ class Supervisor:
         now_s = time.monotonic()
         stale = self._publication.stale(now_s)
         self._faults.report("reading_stale", active=stale)
-        if stale or self._publication.held:
+        if self._publication.held:
             self._bars.end()
         values = self._measurements(now_s) | self._bars.values() | self._ring.values()
         causes = self._faults.active | self._conditions(values, now_s)

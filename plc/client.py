@@ -90,8 +90,9 @@ class Snapshot:
 
     @property
     def alarms(self) -> list[str]:
-        """Names of the alarms that are on."""
-        return [name for name, on in self.discretes.items() if on and name.startswith("alarm_")]
+        """Names of the alarms that are on, from the block: bits are read by a request and at a moment of their own."""
+        word = int(self.values["alarm_word"] or 0)
+        return [row.name for row in _ALARMS if word >> row.address & 1]
 
 
 def poll(host: str, port: int = 502, *, every_s: float = 1.0, word_order: WordOrder = "big") -> Iterator[Snapshot]:
@@ -170,7 +171,7 @@ class _Seen:
 
     valid: bool = False
     bar: float = 0
-    alarms: tuple[str, ...] = ()
+    alarms: list[str] = field(default_factory=list[str])
     refused: set[int] = field(default_factory=set[int])
     heartbeat: float | None = None
     moved_s: float = 0.0
@@ -308,16 +309,14 @@ class Plc:
         if bar not in (0, seen.bar):
             self.log.append(f"bar {bar}")
         seen.bar = bar
-        self._see_alarms(int(values["alarm_word"] or 0))
+        self._see_alarms(snapshot.alarms)
 
     def _see_valid(self, *, now: bool) -> None:
         if now != self._seen.valid:
             self.log.append("measurement valid" if now else "measurement not valid")
             self._seen.valid = now
 
-    def _see_alarms(self, word: int) -> None:
-        """Alarms are taken from the block, whose words are of one moment; bits are read by a request of their own."""
-        now = tuple(row.name for row in _ALARMS if word >> row.address & 1)
+    def _see_alarms(self, now: list[str]) -> None:
         self.log += [f"{name} came" for name in now if name not in self._seen.alarms]
         self.log += [f"{name} went" for name in self._seen.alarms if name not in now]
         self._seen.alarms = now

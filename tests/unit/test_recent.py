@@ -122,6 +122,12 @@ def test_a_bar_that_is_seen_but_not_measured_goes_on(bars):
     assert take(bars, 2.0, 201.0)["bar_sequence"] == 1
 
 
+@pytest.mark.parametrize(("blind_s", "bars_seen"), [(1.9, 1), (2.1, 2)])
+def test_a_computer_that_is_late_parts_nothing_and_a_long_blindness_does(bars, blind_s, bars_seen):
+    take(bars, 0.0, 200.0)
+    assert take(bars, blind_s, 201.0)["bar_sequence"] == bars_seen
+
+
 def test_after_blindness_the_next_bar_is_another_one(bars):
     take(bars, 0.0, 200.0)
     bars.end()
