@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from appliance import settings as settings_file
+from appliance.kept import state_folder
 from appliance.settings import PlcSettings, RecordingCamera, Settings
 from appliance.supervisor import StartRefusedError, Supervisor
 from plc import export
@@ -129,13 +130,16 @@ def _welcome(settings: Settings, port: int) -> list[str]:
     order = " -B" if settings.plc.word_order == "big" else ""
     camera = settings.sizing.camera
     source = f"the recording {camera.path}" if isinstance(camera, RecordingCamera) else "the simulated mill"
-    return [
+    lines = [
         f"Hotgauge measures {source} and serves Modbus TCP on {settings.plc.host}:{port}",
         f"  live values      hotgauge poll {host} --port {port}",
         f"  diameter, in mm  mbpoll -m tcp -a 1 -p {port} -0 -1 -t 3:float{order} -r {address} {host}",
         "  register map     hotgauge registers --format markdown",
         "  stop             Ctrl-C",
     ]
+    if settings.plc.writes != "none" and state_folder(settings.plc) is None:
+        lines.append("  set points       kept in memory only; set plc.state_directory to keep them over a restart")
+    return lines
 
 
 def _add_check_config(command: argparse.ArgumentParser) -> None:

@@ -88,6 +88,22 @@ FAULTS: tuple[FaultRow, ...] = (
         "the measuring process ended and is started again",
         "if it comes back, send the log to the maker",
     ),
+    FaultRow(
+        501,
+        "set_points_not_saved",
+        DeviceState.MAINTENANCE_REQUIRED,
+        logging.WARNING,
+        "what the PLC has written cannot be kept over a restart",
+        "make room on the disk and the folder plc.state_directory writable",
+    ),
+    FaultRow(
+        502,
+        "set_points_unreadable",
+        DeviceState.MAINTENANCE_REQUIRED,
+        logging.WARNING,
+        "what the PLC had written before the restart is lost",
+        "let the PLC write its set points again",
+    ),
 )
 
 _ROWS = {row.name: row for row in FAULTS}

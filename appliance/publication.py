@@ -8,6 +8,7 @@ NO_BAR = 1 << 0
 NO_PAIR = 1 << 7
 STALE = 1 << 8
 STARTING = 1 << 9
+HELD = 1 << 11
 
 AGE_LARGEST_MS = 0xFFFE  # one more is "no value"
 
@@ -19,9 +20,15 @@ class Publication:
     ----------
     stale_after_ms : int
         Age from which a reading is no value any more.
+
+    Attributes
+    ----------
+    held : bool
+        The PLC holds the gauge: no reading stands.
     """
 
     def __init__(self, stale_after_ms: int) -> None:
+        self.held = False
         self._stale_after_ms = stale_after_ms
         self._reading: ReadingMessage | None = None
         self._cycle_time_ms: float | None = None
@@ -29,7 +36,7 @@ class Publication:
         self._dropped_by_source = 0
         self._without_reading = STARTING
         self._sequence = 0
-        self._published: tuple[object, ...] = ()
+        self._quality: tuple[int, int] | None = None
 
     def take(self, reading: ReadingMessage) -> None:
         """Let a new reading stand in place of the one before."""
@@ -41,6 +48,8 @@ class Publication:
         self._dropped += reading.dropped - (0 if again else self._dropped_by_source)
         self._dropped_by_source = reading.dropped
         self._reading = reading
+        self._quality = None
+        self._sequence += 1
 
     def withdraw(self, reason: int) -> None:
         """Let no reading stand; `reason`, a bit of `reason_word`, says why."""
@@ -52,6 +61,10 @@ class Publication:
         """Whether there is a reading and it is too old to stand."""
         return self._reading is not None and _age_ms(self._reading, now_s) > self._stale_after_ms
 
+    def standing(self, now_s: float) -> ReadingMessage | None:
+        """The reading that may be served; None when there is none, it is stale or the gauge is held."""
+        return None if self.held or self.stale(now_s) else self._reading
+
     def values(self, now_s: float) -> dict[str, Value]:
         """Values of the registers at one moment, by name; None is "no value".
 
@@ -60,7 +73,7 @@ class Publication:
         now_s : float
             Monotonic time of the swap.
         """
-        reading = None if self.stale(now_s) else self._reading
+        reading = self.standing(now_s)
         reasons = self._reasons(now_s)
         validity = (2 if reasons else 1) if reading is not None and reading.valid else 0
         self._count(validity, reasons)
@@ -68,15 +81,18 @@ class Publication:
         return quality | self._moment(now_s) | _measurements(reading)
 
     def _reasons(self, now_s: float) -> int:
+        held = HELD if self.held else 0
         if self._reading is None:
-            return self._without_reading
-        return self._reading.reasons | (STALE if self.stale(now_s) else 0)
+            return held | self._without_reading
+        return held | self._reading.reasons | (STALE if self.stale(now_s) else 0)
 
-    def _count(self, *shown: int) -> None:
-        published = (self._reading, *shown)
-        if published != self._published:
-            self._sequence = (self._sequence + 1) & 0xFFFF
-            self._published = published
+    def _count(self, validity: int, reasons: int) -> None:
+        """Count a change of validity; a new reading has been counted when it came."""
+        quality = (validity, reasons)
+        if self._quality is not None and quality != self._quality:
+            self._sequence += 1
+        self._quality = quality
+        self._sequence &= 0xFFFF
 
     def _moment(self, now_s: float) -> dict[str, Value]:
         reading = self._reading
@@ -101,7 +117,6 @@ def _measurements(reading: ReadingMessage | None) -> dict[str, Value]:
         "expanded_uncertainty": reading.expanded_uncertainty_mm if reading.valid else None,
         "diameter_virtual_board": reading.diameter_virtual_board_mm,
         "weighted_deviation": reading.weighted_deviation_mm,
-        "trust": reading.trust,
         "alignment_quality": reading.alignment_quality,
         "plane_height": reading.plane_height_mm,
         "windows_kept": reading.windows_kept,

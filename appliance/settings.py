@@ -48,6 +48,17 @@ class PlcSettings(_Section):
         description="Order of the words in values of more than one word; big is most significant first",
     )
     connections_max: int = Field(default=64, ge=1, le=1000, description="Clients served at once")
+    silent_after_s: float = Field(
+        default=5.0,
+        ge=1,
+        le=3600,
+        description="Time without a change of plc_heartbeat, once it was written, that is an alarm",
+        json_schema_extra=_unit("s"),
+    )
+    state_directory: FilePath | None = Field(
+        default=None,
+        description="Folder that keeps set points over a restart; without: the service manager's, or none",
+    )
 
 
 class MillCamera(_Section):
@@ -95,11 +106,54 @@ class SizingSettings(_Section):
     )
 
 
+class JudgingSettings(_Section):
+    """How a diameter is judged."""
+
+    trust_min: float = Field(
+        default=50.0,
+        ge=0,
+        le=100,
+        description="Trust below which alarm_low_trust comes and correction is 0",
+        json_schema_extra=_unit("%"),
+    )
+    temperature_u_c: float = Field(
+        default=25.0,
+        ge=0,
+        le=200,
+        description="Standard uncertainty of steel_temperature as the section's mean",
+        json_schema_extra=_unit("°C"),
+    )
+    bar_gap_ms: int = Field(
+        default=300,
+        ge=0,
+        le=60000,
+        description="Time without a bar that parts two bars",
+        json_schema_extra=_unit("ms"),
+    )
+
+
+class CorrectionSettings(_Section):
+    """The advised change of the stand's gap."""
+
+    gain: float = Field(default=0.5, ge=0, le=2, description="Share of the deviation that is corrected")
+    dead_band_mm: float = Field(
+        default=0.1, ge=0, le=10, description="Deviation that is left alone", json_schema_extra=_unit("mm")
+    )
+    rate_mm_per_s: float = Field(
+        default=0.5, gt=0, le=100, description="Fastest change of correction", json_schema_extra=_unit("mm/s")
+    )
+    limit_mm: float = Field(
+        default=1.0, ge=0, le=50, description="Largest correction either way", json_schema_extra=_unit("mm")
+    )
+
+
 class Settings(_Section):
     """Everything that can be set."""
 
     plc: PlcSettings = Field(default_factory=PlcSettings, description="Modbus TCP server")
     sizing: SizingSettings = Field(default_factory=SizingSettings, description="Sizing station")
+    judging: JudgingSettings = Field(default_factory=JudgingSettings, description="Trust, cold size and bars")
+    correction: CorrectionSettings = Field(default_factory=CorrectionSettings, description="Closed loop")
 
 
 def load(path: Path | None) -> Settings:

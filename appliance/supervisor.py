@@ -1,33 +1,31 @@
 """Owns the PLC's server and keeps it truthful: publishes, watches the measuring process, knows the faults.
 
 Everything here runs in one asyncio loop and waits for nobody: a measuring process that crashes, hangs or
-babbles changes what is published, never whether something is.
+babbles, or a disk that is full, changes what is published, never whether something is.
 """
 
 import asyncio
 import contextlib
 import time
-from collections.abc import Callable, Set
+from collections.abc import Callable, Mapping
 
+from appliance.advisor import Advisor
+from appliance.alarms import Alarms
 from appliance.faults import DeviceState, Faults
+from appliance.judging import Decision, SetPoints
+from appliance.kept import Kept, state_folder
 from appliance.publication import NO_PAIR, STARTING, Publication
+from appliance.recent import PerBar, ReadingRing
 from appliance.settings import Settings
 from appliance.stations.keeper import keep
 from appliance.stations.link import Message, ReadingMessage, StateMessage
-from plc.registers import REGISTERS, Value, encode
+from plc.registers import Value, encode
 from plc.server import ModbusServer
 
 SWAP_PERIOD_S = 0.05  # half of the longest allowed, so that a late wake-up stays within it
 HEARTBEAT_PERIOD_S = 0.1
 SIZING_STATION = "appliance.stations.sizing"
 STATION_FAULTS = ("camera_lost", "recording_over", "rig_unusable", "station_down")
-ALARM_OF_FAULT = {
-    "camera_lost": "alarm_camera",
-    "rig_unusable": "alarm_calibration",
-    "reading_stale": "alarm_stale",
-    "station_down": "alarm_internal",
-}
-_ALARM_ADDRESS = {row.name: row.address for row in REGISTERS if row.name.startswith("alarm_") and row.type == "bool"}
 
 
 class StartRefusedError(Exception):
@@ -49,9 +47,16 @@ class Supervisor:
             settings.plc.port,
             writes=settings.plc.writes,
             connections_max=settings.plc.connections_max,
+            on_write=self._hear_plc,
         )
         self._publication = Publication(settings.sizing.stale_after_ms)
+        self._advisor = Advisor(settings.judging, settings.correction)
+        self._ring = ReadingRing()
+        self._bars = PerBar(settings.judging.bar_gap_ms / 1000)
         self._faults = Faults()
+        self._alarms = Alarms()
+        self._kept = Kept(state_folder(settings.plc), self._report_disk)
+        self._plc_beat_s: float | None = None
         self._started_s = time.monotonic()
         self._news = asyncio.Event()
         self._serving = False
@@ -78,7 +83,10 @@ class Supervisor:
         StartRefusedError
             The measuring process cannot use its settings at start, or the port cannot be had.
         """
-        tasks = {asyncio.create_task(self._keep_station()), asyncio.create_task(self._serve(on_serving))}
+        self._kept.load()
+        self._apply_written()
+        parts = (self._keep_station(), self._serve(on_serving), self._kept.keep())
+        tasks = {asyncio.create_task(part) for part in parts}
         try:
             done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
             for task in done:
@@ -88,6 +96,7 @@ class Supervisor:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
             await self._server.stop()
+            await self._kept.save()
 
     async def _keep_station(self) -> None:
         settings = self._settings.sizing.model_dump_json()
@@ -110,6 +119,7 @@ class Supervisor:
 
     async def _start_server(self) -> None:
         self._publish()
+        self._server.restore(self._kept.written)
         try:
             await self._server.start()
         except OSError as error:
@@ -130,6 +140,11 @@ class Supervisor:
         self._measuring = True
         self._simulated = reading.simulated
         self._report_station_fault(None)
+        now_s = time.monotonic()
+        standing = self._publication.standing(now_s)
+        if standing is not None:
+            self._bars.take(standing)
+        self._ring.add(self._measurements(now_s))
 
     def _hear_fault(self, message: StateMessage) -> None:
         self._stop_measuring(NO_PAIR)
@@ -145,29 +160,61 @@ class Supervisor:
 
     def _stop_measuring(self, reason: int) -> None:
         self._publication.withdraw(reason)
+        self._bars.end()
         self._measuring = False
 
     def _report_station_fault(self, fault: str | None, detail: str = "") -> None:
         for name in STATION_FAULTS:
             self._faults.report(name, active=name == fault, detail=detail)
 
+    def _report_disk(self, fault: str, detail: str) -> None:
+        self._faults.report(fault, active=bool(detail), detail=detail)
+
+    def _hear_plc(self, changed: Mapping[str, int | bool]) -> None:
+        self._kept.take(changed)
+        if "plc_heartbeat" in changed:
+            self._plc_beat_s = time.monotonic()
+        if changed.get("acknowledge"):
+            self._alarms.acknowledge()
+        if set(changed) != {"plc_heartbeat"}:
+            self._apply_written()
+            self._news.set()
+
+    def _apply_written(self) -> None:
+        self._advisor.points = SetPoints.of(self._kept.written)
+        self._publication.held = bool(self._kept.written.get("hold"))
+
     def _publish(self) -> None:
         now_s = time.monotonic()
         stale = self._publication.stale(now_s)
         self._faults.report("reading_stale", active=stale)
-        values = self._publication.values(now_s) | self._health(now_s, running=self._measuring and not stale)
+        if self._publication.held:
+            self._bars.end()
+        values = self._measurements(now_s) | self._bars.values() | self._ring.values()
+        causes = self._faults.active | self._conditions(values, now_s)
+        self._alarms.update(causes, now_s, suppressed=self._publication.held)
+        values |= self._health(now_s, running=self._measuring and not stale)
         self._server.publish(encode(values, word_order=self._settings.plc.word_order))
 
+    def _measurements(self, now_s: float) -> dict[str, Value]:
+        return self._publication.values(now_s) | self._advisor.values(self._publication.standing(now_s), now_s)
+
+    def _conditions(self, values: Mapping[str, Value], now_s: float) -> set[str]:
+        """Causes of alarms that are no faults of the gauge."""
+        silent_after_s = self._settings.plc.silent_after_s
+        there = {
+            "out_of_tolerance": values.get("decision") == Decision.OUT,
+            "low_trust": self._advisor.low_trust(values),
+            "plc_silent": self._plc_beat_s is not None and now_s - self._plc_beat_s > silent_after_s,
+        }
+        return {condition for condition, is_there in there.items() if is_there}
+
     def _health(self, now_s: float, *, running: bool) -> dict[str, Value]:
-        check = self._simulated or not running
+        check = self._simulated or self._publication.held or not running
         return {
             "heartbeat": int((now_s - self._started_s) / HEARTBEAT_PERIOD_S),
             "device_state": max(self._faults.state, DeviceState.FUNCTION_CHECK if check else DeviceState.GOOD),
-            "alarm_word": _alarm_word(self._faults.active),
+            "alarm_word": self._alarms.word,
             "running": running,
             "simulated": self._simulated,
         }
-
-
-def _alarm_word(faults: Set[str]) -> int:
-    return sum(1 << _ALARM_ADDRESS[alarm] for fault, alarm in ALARM_OF_FAULT.items() if fault in faults)

@@ -10,7 +10,7 @@ import struct
 from collections.abc import Callable, Mapping
 
 from plc import registers
-from plc.registers import COMMANDS, MEASUREMENTS, SET_POINTS
+from plc.registers import COMMANDS, INGOT_RING, MEASUREMENTS, READING_RING, SET_POINTS
 from plc.rows import select
 
 OnWrite = Callable[[Mapping[str, int | bool]], None]
@@ -20,6 +20,8 @@ logger = logging.getLogger(__name__)
 _TWO_WORDS = struct.Struct(">HH")
 _COIL_LEVELS = {0x0000: False, 0xFF00: True}
 _SET_POINT_ROWS = {row.name: row for row in select(registers.REGISTERS, "holding", "rw")}
+_INPUT_AREAS = (MEASUREMENTS, READING_RING, INGOT_RING)
+_HOLDING_AREAS = (*_INPUT_AREAS, SET_POINTS)
 _COMMAND_ROWS = select(registers.REGISTERS, "coil", "rw")
 _IDENTITY = {
     0: b"Hotgauge",  # vendor
@@ -43,8 +45,8 @@ def _require(holds: bool, code: int) -> None:
         raise _Refused(code)
 
 
-def _within(wanted: range, existing: range) -> bool:
-    return existing.start <= wanted.start and wanted.stop <= existing.stop
+def _within(wanted: range, *areas: range) -> bool:
+    return any(area.start <= wanted.start and wanted.stop <= area.stop for area in areas)
 
 
 def _wanted(request: bytes, count_max: int) -> range:
@@ -111,22 +113,28 @@ class Tables:
             logger.exception("request %s failed", request.hex())
             return bytes((function | 0x80, 4))
 
+    def restore(self, written: Mapping[str, int | bool]) -> None:
+        """Take over what the PLC had written before a restart, by name; nobody is told."""
+        self._set_points = registers.encode_set_points(written, word_order=self.image.word_order)
+        self._commands = sum(bool(written.get(row.name)) << place for place, row in enumerate(_COMMAND_ROWS))
+
     def _read_input(self, request: bytes) -> bytes:
         wanted = _wanted_alone(request, 125)
-        _require(_within(wanted, MEASUREMENTS), 2)
+        _require(_within(wanted, *_INPUT_AREAS), 2)
         return self._words(wanted)
 
     def _read_holding(self, request: bytes) -> bytes:
         wanted = _wanted_alone(request, 125)
-        _require(_within(wanted, MEASUREMENTS) or _within(wanted, SET_POINTS), 2)
+        _require(_within(wanted, *_HOLDING_AREAS), 2)
         return self._words(wanted)
 
     def _words(self, wanted: range) -> bytes:
-        if wanted.start in SET_POINTS:
-            words, first = self._set_points, 2 * (wanted.start - SET_POINTS.start)
-        else:
-            words, first = self.image.words, 2 * wanted.start
-        size = 2 * len(wanted)
+        image = self.image
+        contents = (image.words, image.reading_ring, image.ingot_ring, self._set_points)
+        area, words = next(
+            (area, words) for area, words in zip(_HOLDING_AREAS, contents, strict=True) if wanted.start in area
+        )
+        first, size = 2 * (wanted.start - area.start), 2 * len(wanted)
         return bytes((size,)) + words[first : first + size]
 
     def _read_coils(self, request: bytes) -> bytes:
@@ -188,7 +196,7 @@ class Tables:
         size = 2 * len(to_write)
         _require(len(request) == 10 + size and request[9] == size, 3)
         written = self._checked(to_write, request[10:])
-        _require(_within(to_read, MEASUREMENTS) or _within(to_read, SET_POINTS), 2)
+        _require(_within(to_read, *_HOLDING_AREAS), 2)
         self._set(*written)
         return self._words(to_read)
 

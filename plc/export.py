@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Sequence
 
-from plc.registers import MAP_VERSION, MEASUREMENTS, REGISTERS
+from plc.registers import INGOT_RING, MAP_VERSION, MEASUREMENTS, READING_RING, REGISTERS
 from plc.rows import Register, Table, select
 
 _Entry = dict[str, str | int | float | None]
@@ -100,10 +100,15 @@ def to_markdown() -> str:
             f"# Register map, version {MAP_VERSION}\n",
             "Addresses are 0-based, as on the wire. A value is scale x number; `invalid` is the number that",
             "means no value. The most significant word comes first unless the gauge is set otherwise.",
-            f"Words 0 to {MEASUREMENTS[-1]} are one block, which one request reads whole.\n",
+            f"Words {_ends(MEASUREMENTS)} are one block, which one request reads whole; so are the rings of the",
+            f"last readings ({_ends(READING_RING)}) and of the last ingots ({_ends(INGOT_RING)}).\n",
             *sections,
         ]
     )
+
+
+def _ends(words: range) -> str:
+    return f"{words[0]} to {words[-1]}"
 
 
 def _markdown_section(table: Table, heading: str) -> str:
@@ -126,7 +131,9 @@ def to_structured_text() -> str:
     Every value stands at a multiple of its own length, so compilers that align structures add no padding.
     """
     runs = (
-        ("HOTGAUGE_MEASUREMENT", "input and holding registers", select(REGISTERS, "input", "r")),
+        ("HOTGAUGE_MEASUREMENT", "input and holding registers", select(REGISTERS, "input", "r", "measurement")),
+        ("HOTGAUGE_READING_RING", "input and holding registers", select(REGISTERS, "input", "r", "reading_ring")),
+        ("HOTGAUGE_INGOT_RING", "input and holding registers", select(REGISTERS, "input", "r", "ingot_ring")),
         ("HOTGAUGE_SET_POINTS", "holding registers", select(REGISTERS, "holding", "rw")),
         ("HOTGAUGE_ALARMS", "coils", select(REGISTERS, "coil", "r")),
         ("HOTGAUGE_COMMANDS", "coils", select(REGISTERS, "coil", "rw")),

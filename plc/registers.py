@@ -1,28 +1,32 @@
 """The register map: one typed table from which server, client, documents and tests are derived.
 
-Every measurement stands in one block of words, at the same addresses in input and in holding registers. Set
-points and command coils belong to the PLC and are never part of a published image. The map only grows: an
-address or a bit never changes its meaning, and new values take the place of spare words.
+Every measurement stands in one block of words, at the same addresses in input and in holding registers, and so
+do the rings of the last readings and ingots. Set points and command coils belong to the PLC and are never part
+of a published image. The map only grows: an address or a bit never changes its meaning, and new values take
+the place of spare words.
 """
 
 import math
 import struct
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from operator import itemgetter
-from typing import Literal
 
-from plc.rows import STRUCT_CODES, Register, Table, Type, Value, check, select, span
+from plc.layout import Layout
+from plc.rings import INGOT_SLOT, READING_SLOT, ring
+from plc.rows import NO_VALUE, Block, Register, Table, Type, Value, WordOrder, check, select, span, spare
 
 __all__ = [
     "ALARMS",
     "COMMANDS",
     "DISCRETES",
+    "INGOT_RING",
     "MAP_VERSION",
     "MEASUREMENTS",
+    "READING_RING",
     "REGISTERS",
     "SET_POINTS",
     "VALUE_NAMES",
+    "Block",
     "ProcessImage",
     "Register",
     "Value",
@@ -32,32 +36,22 @@ __all__ = [
     "decode_discretes",
     "decode_set_points",
     "encode",
+    "encode_set_points",
 ]
 
-WordOrder = Literal["big", "little"]
-
-MAP_VERSION = 1
+MAP_VERSION = 2
 
 _BLOCK: tuple[Table, ...] = ("input", "holding")
-_NO_VALUE: dict[Type, float | int] = {
-    "u16": 0xFFFF,
-    "i16": -0x8000,
-    "u32": 0xFFFFFFFF,
-    "u64": 0xFFFFFFFFFFFFFFFF,
-    "f32": math.nan,
-}
 
 
 def _state(address: int, name: str, text: str, type_: Type = "u16", *, shows: str = "") -> Register:
-    return Register(name=name, tables=_BLOCK, address=address, type=type_, text=text, shows=shows)
+    return Register(name=name, tables=_BLOCK, address=address, type=type_, text=text, shows=shows, block="measurement")
 
 
 def _constant(address: int, name: str, type_: Type, constant: float, text: str) -> Register:
-    return Register(name=name, tables=_BLOCK, address=address, type=type_, constant=constant, text=text)
-
-
-def _spare(address: int) -> Register:
-    return _constant(address, f"spare_{address}", "u16", 0, "reserved for growth of the map, reads 0")
+    return Register(
+        name=name, tables=_BLOCK, address=address, type=type_, constant=constant, text=text, block="measurement"
+    )
 
 
 def _measured(address: int, name: str, unit: str, text: str, type_: Type = "f32") -> Register:
@@ -67,8 +61,9 @@ def _measured(address: int, name: str, unit: str, text: str, type_: Type = "f32"
         address=address,
         type=type_,
         unit=unit,
-        invalid=_NO_VALUE[type_],
+        invalid=NO_VALUE[type_],
         text=text,
+        block="measurement",
     )
 
 
@@ -80,9 +75,10 @@ def _integer(address: int, shows: str, unit: str, type_: Type = "u16") -> Regist
         type=type_,
         unit=unit,
         scale=0.01,
-        invalid=_NO_VALUE[type_],
+        invalid=NO_VALUE[type_],
         shows=shows,
         text=f"{shows} as an integer",
+        block="measurement",
     )
 
 
@@ -162,7 +158,7 @@ REGISTERS: tuple[Register, ...] = (
     _state(58, "ingot_orientation", "end facing the line: 0 none, 1 top, 2 bottom, 3 undecided"),
     _state(59, "ingot_sequence", "+1 with each new ingot"),
     _state(60, "ingot_validity", "of the ingot's values: 0 none, 1 valid, 2 valid with reasons"),
-    _spare(61),
+    spare(61, "measurement"),
     _constant(62, "test_float", "f32", 123.456, "always 123.456: read wrongly, the word order is wrong"),
     _constant(64, "test_u32", "u32", 0x12345678, "always 305419896 (16#12345678), for finding the word order"),
     _integer(66, "diameter", "mm"),
@@ -178,7 +174,7 @@ REGISTERS: tuple[Register, ...] = (
     _integer(76, "bar_mean", "mm"),
     _integer(77, "bar_max", "mm"),
     _integer(78, "ingot_confidence", "%"),
-    *(_spare(address) for address in range(79, 119)),
+    *(spare(address, "measurement") for address in range(79, 119)),
     _state(119, "sequence_check", "sequence again; last word of the block", shows="sequence"),
     _set_point(200, "target_diameter", "mm", (10, 655.34), "wanted diameter; cold if a grade is set, else hot"),
     _set_point(201, "tolerance_plus", "mm", (0.01, 50), "allowed above the target"),
@@ -203,49 +199,28 @@ REGISTERS: tuple[Register, ...] = (
     _status(20, "simulated", "pictures come from the simulated mill or a recording"),
     _command(32, "acknowledge", "0 -> 1 acknowledges all alarms"),
     _command(33, "hold", "1 holds the gauge: function check, validity off, alarms suppressed"),
+    *ring(300, "reading_ring", "reading", READING_SLOT),
+    *ring(420, "ingot_ring", "ingot", INGOT_SLOT),
 )
 
 
-class _Layout:
-    """Contiguous rows, packed and unpacked in one go."""
-
-    def __init__(self, rows: Sequence[Register]) -> None:
-        self.rows = [row for row in rows if not row.spare]
-        self.span = span(rows)
-        self._numbers = struct.Struct(">" + "".join("2x" if r.spare else STRUCT_CODES[r.type] for r in rows))
-        self._words = struct.Struct(f">{len(self.span)}H")
-        swapped = (word for row in rows for word in reversed(range(row.address, row.end)))
-        self._swap = itemgetter(*(word - self.span.start for word in swapped))
-
-    def pack(self, numbers: Iterable[float], word_order: WordOrder) -> bytes:
-        return self._in_order(self._numbers.pack(*numbers), word_order)
-
-    def unpack(self, words: bytes, word_order: WordOrder) -> dict[str, float | int]:
-        numbers = self._numbers.unpack(self._in_order(words, word_order))
-        return {row.name: number for row, number in zip(self.rows, numbers, strict=True)}
-
-    def _in_order(self, words: bytes, word_order: WordOrder) -> bytes:
-        if word_order == "big":
-            return words
-        if word_order == "little":
-            return self._words.pack(*self._swap(self._words.unpack(words)))
-        raise ValueError(f'word_order: {word_order!r} is neither "big" nor "little"')
-
-
-_BLOCK_LAYOUT = _Layout(select(REGISTERS, "input", "r"))
-_SET_POINT_LAYOUT = _Layout(select(REGISTERS, "holding", "rw"))
+_BLOCKS: tuple[Block, ...] = ("measurement", "reading_ring", "ingot_ring")
+_LAYOUTS = {block: Layout(select(REGISTERS, "input", "r", block)) for block in _BLOCKS}
+_SET_POINT_LAYOUT = Layout(select(REGISTERS, "holding", "rw"))
 _DISCRETE_ROWS = select(REGISTERS, "discrete", "r")
 
-MEASUREMENTS = _BLOCK_LAYOUT.span
+MEASUREMENTS, READING_RING, INGOT_RING = (layout.span for layout in _LAYOUTS.values())
 SET_POINTS = _SET_POINT_LAYOUT.span
 ALARMS = span(select(REGISTERS, "coil", "r"))
 COMMANDS = span(select(REGISTERS, "coil", "rw"))
 DISCRETES = span(_DISCRETE_ROWS)
 
-_SOURCES = [(row, row.shows or row.name) for row in _BLOCK_LAYOUT.rows]
-_CONSTANTS = {row.name: row.constant for row in _BLOCK_LAYOUT.rows if row.constant is not None}
+_SOURCES = {block: [(row, row.shows or row.name) for row in layout.rows] for block, layout in _LAYOUTS.items()}
+_CONSTANTS = {row.name: row.constant for row in _LAYOUTS["measurement"].rows if row.constant is not None}
 _STATUS_NAMES = [row.name for row in _DISCRETE_ROWS if row.tables == ("discrete",)]
-VALUE_NAMES = frozenset({source for _, source in _SOURCES} - {*_CONSTANTS, "status_word"} | {*_STATUS_NAMES})
+_DERIVED = {*_CONSTANTS, "status_word"}
+_ROWS = {row.name: row for row in REGISTERS}
+VALUE_NAMES = frozenset({source for rows in _SOURCES.values() for _, source in rows} - _DERIVED | {*_STATUS_NAMES})
 
 
 @dataclass(frozen=True, slots=True)
@@ -254,15 +229,17 @@ class ProcessImage:
 
     Attributes
     ----------
-    words : bytes
-        The measurement block, two bytes a word, most significant byte first.
+    words, reading_ring, ingot_ring : bytes
+        The measurement block and the two rings, two bytes a word, most significant byte first.
     coils, discretes : int
         Alarm coils and discrete inputs; bit n is address n.
     word_order : {"big", "little"}
-        Order of the words in values of more than one word, in the block and in set points.
+        Order of the words in values of more than one word, in the blocks and in set points.
     """
 
     words: bytes
+    reading_ring: bytes
+    ingot_ring: bytes
     coils: int
     discretes: int
     word_order: WordOrder
@@ -299,12 +276,17 @@ def encode(values: Mapping[str, Value], *, word_order: WordOrder = "big") -> Pro
     try:
         status = sum(_bit(values.get(name)) << place for place, name in enumerate(_STATUS_NAMES))
         given = {**_CONSTANTS, **values, "status_word": status}
-        numbers = {row.name: row.to_raw(given.get(source)) for row, source in _SOURCES}
+        words, reading_ring, ingot_ring = (
+            layout.pack([row.to_raw(given.get(source)) for row, source in _SOURCES[block]], word_order)
+            for block, layout in _LAYOUTS.items()
+        )
     except TypeError as error:
         raise TypeError(f"values: every one must be a number or None ({error})") from error
-    alarms = int(numbers["alarm_word"])
+    alarms = int(_ROWS["alarm_word"].to_raw(values.get("alarm_word")))
     return ProcessImage(
-        words=_BLOCK_LAYOUT.pack(numbers.values(), word_order),
+        words=words,
+        reading_ring=reading_ring,
+        ingot_ring=ingot_ring,
         coils=alarms,
         discretes=alarms | status << len(ALARMS),
         word_order=word_order,
@@ -315,13 +297,16 @@ def _bit(value: Value) -> int:
     return int(value is not None and not math.isnan(value) and value != 0)
 
 
-def decode(words: Sequence[int], *, word_order: WordOrder = "big") -> dict[str, float | int | None]:
-    """Values of a measurement block that a client has read.
+def decode(
+    words: Sequence[int], *, block: Block = "measurement", word_order: WordOrder = "big"
+) -> dict[str, float | int | None]:
+    """Values of a block that a client has read.
 
     Parameters
     ----------
-    words : sequence of int, length `len(MEASUREMENTS)`
-        The whole block, from address 0.
+    words : sequence of int
+        The whole block, from its first address.
+    block : {"measurement", "reading_ring", "ingot_ring"}
     word_order : {"big", "little"}
         As set in the gauge.
 
@@ -335,10 +320,11 @@ def decode(words: Sequence[int], *, word_order: WordOrder = "big") -> dict[str, 
     ValueError
         `words` is not the whole block; `word_order` is neither of the two.
     """
-    if len(words) != len(MEASUREMENTS):
-        raise ValueError(f"words: {len(words)} given, the measurement block has {len(MEASUREMENTS)}")
-    numbers = _BLOCK_LAYOUT.unpack(struct.pack(f">{len(words)}H", *words), word_order)
-    return {row.name: row.to_value(numbers[row.name]) for row in _BLOCK_LAYOUT.rows}
+    layout = _LAYOUTS[block]
+    if len(words) != len(layout.span):
+        raise ValueError(f"words: {len(words)} given, the {block} block has {len(layout.span)}")
+    numbers = layout.unpack(struct.pack(f">{len(words)}H", *words), word_order)
+    return {row.name: row.to_value(numbers[row.name]) for row in layout.rows}
 
 
 def decode_discretes(bits: Sequence[bool]) -> dict[str, bool]:
@@ -378,3 +364,20 @@ def decode_set_points(words: bytes, *, word_order: WordOrder = "big") -> dict[st
     dict of str to int
     """
     return {name: int(number) for name, number in _SET_POINT_LAYOUT.unpack(words, word_order).items()}
+
+
+def encode_set_points(numbers: Mapping[str, int], *, word_order: WordOrder = "big") -> bytes:
+    """Words of the set points.
+
+    Parameters
+    ----------
+    numbers : mapping of str to int
+        Numbers in the words, not scaled; a set point that is missing is 0, not set.
+    word_order : {"big", "little"}
+        Order of the words in `product_id`.
+
+    Returns
+    -------
+    bytes, length 2 x `len(SET_POINTS)`
+    """
+    return _SET_POINT_LAYOUT.pack([numbers.get(row.name, 0) for row in _SET_POINT_LAYOUT.rows], word_order)

@@ -10,9 +10,19 @@ from typing import Literal
 Table = Literal["input", "holding", "discrete", "coil"]
 Type = Literal["u16", "i16", "u32", "i32", "u64", "f32", "bool"]
 Value = float | int | bool | None
+WordOrder = Literal["big", "little"]
+Block = Literal["measurement", "reading_ring", "ingot_ring"]
 
 BLOCK_WORDS_MAX = 125  # what one Modbus request can read
+_BLOCK_STARTS: dict[Block, int] = {"measurement": 0, "reading_ring": 300, "ingot_ring": 420}
 STRUCT_CODES: dict[Type, str] = {"u16": "H", "i16": "h", "u32": "I", "i32": "i", "u64": "Q", "f32": "f"}
+NO_VALUE: dict[Type, float | int] = {
+    "u16": 0xFFFF,
+    "i16": -0x8000,
+    "u32": 0xFFFFFFFF,
+    "u64": 0xFFFFFFFFFFFFFFFF,
+    "f32": math.nan,
+}
 _FLOAT32_MAX = (2 - 2**-23) * 2.0**127
 
 
@@ -44,6 +54,8 @@ class Register:
         Row whose value this one repeats, as `diameter_u16` shows `diameter`; empty for a value of its own.
     constant : float, int or None
         What the row always reads.
+    block : {"measurement", "reading_ring", "ingot_ring"} or None
+        Words that are published and can be read together; None for bits and for what the PLC writes.
     """
 
     name: str
@@ -59,6 +71,7 @@ class Register:
     upper: float | None = None
     shows: str = ""
     constant: float | int | None = None
+    block: Block | None = None
 
     @property
     def words(self) -> int:
@@ -125,9 +138,22 @@ class Register:
         return raw if self.scale == 1 else round(raw * self.scale, 6)
 
 
-def select(registers: Iterable[Register], table: Table, access: str) -> list[Register]:
-    """Rows of one table with one kind of access, by address."""
-    rows = (row for row in registers if table in row.tables and row.access == access)
+def spare(address: int, block: Block) -> Register:
+    """Word of a block that is kept for growth of the map."""
+    return Register(
+        name=f"spare_{address}",
+        tables=("input", "holding"),
+        address=address,
+        type="u16",
+        text="reserved for growth of the map, reads 0",
+        constant=0,
+        block=block,
+    )
+
+
+def select(registers: Iterable[Register], table: Table, access: str, block: Block | None = None) -> list[Register]:
+    """Rows of one table with one kind of access and in one block, by address."""
+    rows = (row for row in registers if table in row.tables and (row.access, row.block) == (access, block))
     return sorted(rows, key=lambda row: row.address)
 
 
@@ -147,10 +173,10 @@ def check(rows: Iterable[Register]) -> None:
     ------
     ValueError
         A row has an impossible type, address, access or bounds, or repeats a row that does not exist; a value
-        does not stand at a multiple of its length; two rows of a table share a name or an address; the
-        measurement block is not the same in both tables, has a hole, does not start at 0 or is too long;
-        `sequence` is not its first word and `sequence_check` not its last; set points, alarms, commands or
-        discrete inputs have a hole or do not stand at their place.
+        does not stand at a multiple of its length; two rows of a table share a name or an address; a block is
+        not the same in both tables, has a hole, does not start at its place or is too long; `sequence` is not
+        the first word of the measurement block and `sequence_check` not its last; a ring does not begin with
+        its index; set points, alarms, commands or discrete inputs have a hole or do not stand at their place.
     """
     rows = tuple(rows)
     names = {row.name for row in rows}
@@ -159,7 +185,9 @@ def check(rows: Iterable[Register]) -> None:
         _require(not row.shows or row.shows in names, f"the source of {row.name}")
     for table in ("input", "holding", "discrete", "coil"):
         _check_table([row for row in rows if table in row.tables], table)
-    _check_block(select(rows, "input", "r"), select(rows, "holding", "r"))
+    for block, start in _BLOCK_STARTS.items():
+        _check_block(block, start, select(rows, "input", "r", block), select(rows, "holding", "r", block))
+    _check_ends(select(rows, "input", "r", "measurement"))
     _check_run(select(rows, "holding", "rw"), "set points", start=200)
     _check_run(select(rows, "coil", "r"), "alarms", start=0)
     _check_run(select(rows, "coil", "rw"), "commands", start=32)
@@ -178,6 +206,8 @@ def _check_row(row: Register) -> None:
     # structures of PLC compilers put a value at a multiple of its own length
     _require(row.address % row.words == 0, f"the alignment of {row.name}")
     _require(row.access == "r" or row.tables in {("holding",), ("coil",)}, f"write access to {row.name}")
+    published = row.access == "r" and row.type != "bool"
+    _require((row.block is not None) == published, f"the block of {row.name}")
     if row.lower is not None or row.upper is not None:
         _check_bounds(row)
 
@@ -203,10 +233,15 @@ def _check_run(rows: Sequence[Register], what: str, *, start: int) -> None:
         _require(before.end == after.address, f"the hole before {after.name}")
 
 
-def _check_block(block: Sequence[Register], mirror: Sequence[Register]) -> None:
-    _require(block == mirror, "a measurement that is not the same in input and holding registers")
-    _check_run(block, "the measurement block", start=0)
-    _require(len(span(block)) <= BLOCK_WORDS_MAX, "the length of the measurement block")
-    _require(block[0].name == "sequence", "the first word of the block")
-    last = block[-1]
-    _require(last.name == "sequence_check" and last.shows == "sequence", "the last word of the block")
+def _check_block(block: Block, start: int, rows: Sequence[Register], mirror: Sequence[Register]) -> None:
+    what = f"the {block} block"
+    _require(rows == mirror, f"a word of {what} that is not the same in input and holding registers")
+    _check_run(rows, what, start=start)
+    _require(len(span(rows)) <= BLOCK_WORDS_MAX, f"the length of {what}")
+    _require(block == "measurement" or rows[0].name == f"{block}_index", f"the first word of {what}")
+
+
+def _check_ends(measurements: Sequence[Register]) -> None:
+    _require(measurements[0].name == "sequence", "the first word of the measurement block")
+    last = measurements[-1]
+    _require(last.name == "sequence_check" and last.shows == "sequence", "the last word of the measurement block")

@@ -6,6 +6,7 @@ Rules after the Modbus Messaging on TCP/IP guide V1.0b; the answers themselves a
 import asyncio
 import socket
 import struct
+from collections.abc import Mapping
 from typing import Literal, cast
 
 from plc.answers import OnWrite, Tables
@@ -29,6 +30,8 @@ class _Connection(asyncio.Protocol):
     def __init__(self, server: "ModbusServer") -> None:
         self._server = server
         self._received = bytearray()
+        self.has_asked = False
+        """Whether it has sent a whole request; who has not makes room for others when there are too many."""
         self._malformed = False
         self._write_full = False
         self._limit: asyncio.TimerHandle | None = None
@@ -70,6 +73,7 @@ class _Connection(asyncio.Protocol):
         while len(answers) < REQUESTS_PER_TURN and (frame := self._next_frame()):
             answers.append(self._server.answer(frame))
         if answers:
+            self.has_asked = True
             self._set_limit(None)
             self._transport.write(b"".join(answers))
         if self._malformed:
@@ -130,7 +134,8 @@ class ModbusServer:
     writes : {"none", "tls", "all"}
         Who may write: nobody, clients with TLS (none, on this plain port), everybody.
     connections_max : int
-        Clients served at once; more are closed at once.
+        Clients served at once. One more takes the place of the oldest that has not sent a whole request yet, so
+        that half-open connections lock nobody out; if all have, it is closed at once.
     on_write : callable, optional
         Called in the event loop with what a write changes, by name: set points as the numbers in their words,
         commands as levels. An equal write does not call it. If it raises, nothing is written and the client
@@ -170,7 +175,7 @@ class ModbusServer:
         self._port = port
         self._connections_max = connections_max
         self._tables = Tables(writable=writes == "all", on_write=on_write)
-        self._connections: set[_Connection] = set()
+        self._connections: dict[_Connection, None] = {}  # in the order in which they came
         self._listener: asyncio.Server | None = None
 
     @property
@@ -209,6 +214,17 @@ class ModbusServer:
         """Serve this image from the next request on; may be called from any thread."""
         self._tables.image = image
 
+    def restore(self, written: Mapping[str, int | bool]) -> None:
+        """Serve what the PLC had written before a restart as if it had just been written.
+
+        Parameters
+        ----------
+        written : mapping of str to int or bool
+            As `on_write` got it, by name; what is missing is 0. Call it after the first `publish`, whose word
+            order counts, and before `start`.
+        """
+        self._tables.restore(written)
+
     def answer(self, frame: bytes) -> bytes:
         """Answer to one whole request, both with header and unit."""
         self.requests += 1
@@ -220,12 +236,20 @@ class ModbusServer:
         return frame[:4] + struct.pack(">HB", len(answer) + 1, unit) + answer
 
     def admit(self, connection: _Connection) -> bool:
-        """Count a new connection in, unless there are too many."""
-        if len(self._connections) >= self._connections_max:
+        """Count a new connection in, unless there are too many that are in use."""
+        if len(self._connections) >= self._connections_max and not self._make_room():
             return False
-        self._connections.add(connection)
+        self._connections[connection] = None
         return True
+
+    def _make_room(self) -> bool:
+        for connection in self._connections:
+            if not connection.has_asked:
+                connection.abort()
+                self.dismiss(connection)
+                return True
+        return False
 
     def dismiss(self, connection: _Connection) -> None:
         """Count a connection out."""
-        self._connections.discard(connection)
+        self._connections.pop(connection, None)

@@ -17,7 +17,6 @@ def reading(**changes: object) -> ReadingMessage:
         "expanded_uncertainty_mm": 0.2,
         "diameter_virtual_board_mm": None,
         "weighted_deviation_mm": None,
-        "trust": 87.5,
         "windows_kept": 20,
         "windows_total": 25,
         "alignment_quality": None,

@@ -61,6 +61,21 @@ class Wire:
         assert answer[6] == unit
         return answer[7:]
 
+    def drained(self) -> bool:
+        """Throw away what has arrived; whether the connection is still open."""
+        timeout_s = self.socket.gettimeout()
+        self.socket.setblocking(False)
+        try:
+            while self.socket.recv(65536):
+                pass
+        except BlockingIOError:
+            return True
+        except ConnectionError:
+            return False
+        finally:
+            self.socket.settimeout(timeout_s)
+        return False
+
     def closed_by_server(self) -> bool:
         """Wait for the end of the connection; False when it is still open at the time-out."""
         try:

@@ -28,6 +28,7 @@ class Reason(enum.IntFlag):
     STALE = 1 << 8
     STARTING = 1 << 9
     EDGES_CLIPPED = 1 << 10
+    HELD = 1 << 11
     SOME_EDGES_CLIPPED = 1 << 16
     LOW_CONTRAST = 1 << 17
     FEW_WINDOWS = 1 << 18
@@ -68,6 +69,7 @@ REASONS: tuple[ReasonRow, ...] = (
     ReasonRow(Reason.STALE, True, "the newest image pair is too old"),
     ReasonRow(Reason.STARTING, True, "the measuring process is not ready yet"),
     ReasonRow(Reason.EDGES_CLIPPED, True, "every colour channel is overexposed along a limb of the bar"),
+    ReasonRow(Reason.HELD, True, "the PLC holds the gauge"),
     ReasonRow(Reason.SOME_EDGES_CLIPPED, False, "part of a limb is overexposed; the uncertainty is widened"),
     ReasonRow(Reason.LOW_CONTRAST, False, "an edge of the bar stands out weakly from its background"),
     ReasonRow(Reason.FEW_WINDOWS, False, "fewer than half of the windows agree with the cylinder"),

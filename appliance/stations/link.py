@@ -54,6 +54,8 @@ class ReadingMessage(_Message):
         Whether the diameter may be used.
     reasons : int
         Bits of `reason_word`.
+    trust_limit : float
+        Most that the trust may be, in percent, whatever windows and uncertainty say.
     """
 
     kind: Literal["reading"] = "reading"
@@ -69,7 +71,7 @@ class ReadingMessage(_Message):
     expanded_uncertainty_mm: float | None
     diameter_virtual_board_mm: float | None
     weighted_deviation_mm: float | None
-    trust: float
+    trust_limit: float = 100.0
     windows_kept: int
     windows_total: int
     alignment_quality: float | None

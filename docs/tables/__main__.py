@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+from appliance.alarms import ALARMS
+from appliance.expansion import GRADES
 from appliance.faults import FAULTS
 from appliance.mill.scenes import CONDITIONS
 from appliance.settings import table
@@ -19,6 +21,8 @@ def texts() -> dict[str, str]:
         "reasons.md": reasons(),
         "faults.md": faults(),
         "scenes.md": scenes(),
+        "alarms.md": alarms(),
+        "grades.md": grades(),
     }
 
 
@@ -56,6 +60,41 @@ def scenes() -> str:
     rows = [(f"`{row.name}`", row.kind, row.text) for row in CONDITIONS]
     intro = "Scenes of the simulated mill: `hotgauge simulate --output DIR --scene CONDITION --effect EFFECT`."
     return _document("Scenes", intro, ("name", "kind", "text"), rows)
+
+
+def alarms() -> str:
+    """The alarm table, by coil."""
+    rows = [
+        (
+            str(coil),
+            f"`{row.name}`",
+            row.priority,
+            f"`{row.cause}`",
+            f"{row.on_delay_s:g}",
+            f"{row.off_delay_s:g}",
+            row.text,
+            row.remedy,
+        )
+        for coil, row in enumerate(ALARMS)
+    ]
+    intro = "Alarms after ISA-18.2, by coil. A cause is a fault of the fault table or a condition of the process."
+    head = ("coil", "name", "priority", "cause", "on-delay, s", "off-delay, s", "text", "remedy")
+    return _document("Alarms", intro, head, rows)
+
+
+def grades() -> str:
+    """The expansion table at three temperatures."""
+    temperatures_c = (1000, 1100, 1200)
+    rows = [
+        (
+            str(number),
+            grade.name,
+            *(f"{100 * grade.elongation(temperature_c):.2f} %" for temperature_c in temperatures_c),
+        )
+        for number, grade in GRADES.items()
+    ]
+    head = ("expansion_grade", "steel", *(f"elongation at {temperature_c} °C" for temperature_c in temperatures_c))
+    return _document("Steel grades", "How much larger steel is than at 20 °C, by EN 1993-1-2:2005.", head, rows)
 
 
 _SETTINGS_HEAD = ("key", "allowed", "default", "text")

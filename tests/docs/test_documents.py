@@ -11,13 +11,13 @@ from appliance import cli
 
 REPOSITORY = Path(__file__).parents[2]
 TABLES = REPOSITORY / "docs" / "tables"
+TEXTS = runpy.run_path(str(TABLES / "__main__.py"))["texts"]()
 DOCUMENTS = sorted([*REPOSITORY.glob("*.md"), *(REPOSITORY / "docs").rglob("*.md")])
 
 
-@pytest.mark.parametrize("name", ["registers.md", "settings.md", "reasons.md", "faults.md", "scenes.md"])
+@pytest.mark.parametrize("name", TEXTS)
 def test_a_table_is_the_one_of_the_code(name):
-    texts = runpy.run_path(str(TABLES / "__main__.py"))["texts"]()
-    assert (TABLES / name).read_text(encoding="utf-8") == texts[name], "run `make tables`"
+    assert (TABLES / name).read_text(encoding="utf-8") == TEXTS[name], "run `make tables`"
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.name)

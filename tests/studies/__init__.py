@@ -1,7 +1,8 @@
 """Named studies: long statistics on scenes with known truth, written to docs/studies by `make study`.
 
 A study is a module with `TEXT` (one sentence), `cases() -> list of dict`, `run(case) -> dict` (the same case gives the
-same result, on any day) and `summary(rows) -> dict`. Cases and results are JSON.
+same result, on any day) and `summary(rows) -> dict`. Cases and results are JSON. One whose results are times, which
+belong to the computer and the day, says `REPEATABLE = False`; its sample is a test of its own.
 """
 
 import appliance  # noqa: F401  before numpy: it keeps the linear algebra library to one thread

@@ -70,7 +70,9 @@ def structures(text: str) -> dict[str, list[tuple[str, str]]]:
     return {name: re.findall(r"(\w+)\s*:\s*(\w+)\s*;", body) for name, body in found}
 
 
-@pytest.mark.parametrize("structure", ["HOTGAUGE_MEASUREMENT", "HOTGAUGE_SET_POINTS"])
+@pytest.mark.parametrize(
+    "structure", ["HOTGAUGE_MEASUREMENT", "HOTGAUGE_SET_POINTS", "HOTGAUGE_READING_RING", "HOTGAUGE_INGOT_RING"]
+)
 def test_a_compiler_that_aligns_structures_finds_every_value_at_its_address(structure):
     members = structures(export.to_structured_text())[structure]
     start = {row.name: row.address for row in REGISTERS}

@@ -7,7 +7,7 @@ from plc.registers import VALUE_NAMES, decode, encode
 from vision.readings import Reason
 
 STALE_AFTER_MS = 800
-MEASUREMENTS = ("diameter", "expanded_uncertainty", "trust", "windows_kept", "windows_total")
+MEASUREMENTS = ("diameter", "expanded_uncertainty", "windows_kept", "windows_total")
 
 
 @pytest.fixture
@@ -23,7 +23,7 @@ def _pairs(data):
     return [data[i : i + 2] for i in range(0, len(data), 2)]
 
 
-@pytest.mark.parametrize("name", ["NO_BAR", "NO_PAIR", "STALE", "STARTING"])
+@pytest.mark.parametrize("name", ["NO_BAR", "NO_PAIR", "STALE", "STARTING", "HELD"])
 def test_the_reason_bits_known_here_are_those_of_the_table_of_reasons(name):
     assert getattr(publication, name) == Reason[name]
 
@@ -47,7 +47,6 @@ def test_a_fresh_reading_is_served_whole(served):
     shown = words(served.values(100.25))
     assert shown["diameter"] == 250.25
     assert shown["diameter_u16"] == 250.25
-    assert shown["trust"] == 87.5
     assert shown["measurement_age"] == 250
     assert shown["timestamp"] == 1_700_000_000_000
     assert shown["validity"] == 1
@@ -157,3 +156,33 @@ def test_the_cycle_time_is_the_time_between_two_exposures(served):
     assert served.values(100.0)["cycle_time"] is None
     served.take(reading(exposed_monotonic_s=100.2))
     assert served.values(100.2)["cycle_time"] == pytest.approx(200.0)
+
+
+def test_a_held_gauge_serves_no_value_and_says_why(served):
+    served.take(reading())
+    served.held = True
+    values = served.values(100.0)
+    shown = words(values)
+    assert shown["validity"] == 0
+    assert shown["reason_word"] == Reason.HELD
+    assert "measurement_valid" not in values
+    for name in MEASUREMENTS:
+        assert shown[name] is None
+    served.held = False
+    assert served.values(100.0)["diameter"] == 250.25
+
+
+def test_hold_and_its_end_each_move_the_sequence_by_one(served):
+    served.take(reading())
+    (first,) = sequences(served, 100.0)
+    served.held = True
+    assert sequences(served, 100.0, 100.1) == [first + 1, first + 1]
+    served.held = False
+    assert sequences(served, 100.2, 100.3) == [first + 2, first + 2]
+
+
+def test_two_readings_between_two_swaps_have_a_number_each(served):
+    (first,) = sequences(served, 100.0)
+    served.take(reading())
+    served.take(reading(sequence=1))
+    assert sequences(served, 100.0) == [first + 2]

@@ -9,10 +9,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from plc import registers
-from plc.registers import REGISTERS, Register, check, decode, decode_discretes, decode_set_points, encode
+from plc.registers import (
+    REGISTERS,
+    Register,
+    check,
+    decode,
+    decode_discretes,
+    decode_set_points,
+    encode,
+    encode_set_points,
+)
 
 ROWS = {row.name: row for row in REGISTERS}
-BLOCK = [row for row in REGISTERS if "input" in row.tables]
+BLOCK = [row for row in REGISTERS if row.block == "measurement"]
+RINGS = [row for row in REGISTERS if row.block in {"reading_ring", "ingot_ring"}]
 
 # the contract with PLC programmers, written down a second time: these names exist in every version
 BLOCK_NAMES = re.findall(
@@ -106,6 +116,12 @@ def test_the_block_is_120_words_without_a_hole():
         (changed("target_diameter", upper=700), "bounds of target_diameter"),
         (changed("target_diameter", upper=None), "missing bound"),
         (changed("diameter_u16", shows="circumference"), "source of diameter_u16"),
+        (changed("diameter", block=None), "block of diameter"),
+        (changed("target_diameter", block="measurement"), "block of target_diameter"),
+        (changed("reading_ring_index", name="reading_ring_pointer"), "first word of the reading_ring block"),
+        (changed("reading_3_diameter", tables=("input",)), "reading_ring block"),
+        (changed("ingot_ring_index", address=421), "overlap of ingot_ring_index"),
+        (changed("ingot_7_orientation", address=520), "hole before ingot_7_orientation"),
         ([row for row in REGISTERS if row.name != "heartbeat"], "hole before device_state"),
     ],
 )
@@ -157,6 +173,7 @@ def test_no_value_is_a_quiet_nan_and_the_reserved_integers(nothing):
 
 def test_nothing_at_all_gives_no_value_everywhere_and_never_zero_for_a_measurement():
     values = decode(words_of(encode({})))
+    assert values["map_version"] == 2
     assert values["sequence"] == values["validity"] == values["alarm_word"] == 0
     measured = [row for row in BLOCK if row.unit and row.constant is None]
     assert [row.name for row in measured if values[row.name] is not None] == []
@@ -220,21 +237,63 @@ def test_wrong_calls_name_the_argument():
 
 def values_strategy() -> st.SearchStrategy[dict[str, float | int | None]]:
     fields = {}
-    for row in BLOCK:
+    for row in (*BLOCK, *RINGS[:30]):
         if row.name in registers.VALUE_NAMES:
             number = st.floats(width=32, allow_nan=False, allow_infinity=False)
             lowest, highest = row.raw_range
-            value = number if row.type == "f32" else st.integers(lowest, highest)
+            value = (
+                number
+                if row.type == "f32"
+                else st.integers(lowest, highest).map(lambda n, s=row.scale: n * s if s != 1 else n)
+            )
             fields[row.name] = value if row.invalid is None else st.none() | value
     return st.fixed_dictionaries(fields)
 
 
 @given(values_strategy(), st.sampled_from(["big", "little"]))
 def test_what_is_encoded_is_decoded_in_either_word_order(values, word_order):
-    decoded = decode(words_of(encode(values, word_order=word_order)), word_order=word_order)
+    decoded = all_decoded(encode(values, word_order=word_order), word_order)
     for name, value in values.items():
-        expected = None if value == ROWS[name].invalid else value
-        assert decoded[name] == expected
+        row = ROWS[name]
+        if row.scale == 1:
+            assert decoded[name] == (None if value == row.invalid else value)
+        else:
+            gone = value is None or round(value / row.scale) == row.invalid
+            assert decoded[name] == (None if gone else pytest.approx(value, abs=1e-6))
+
+
+def all_decoded(image: registers.ProcessImage, word_order: str) -> dict[str, float | int | None]:
+    contents = {"measurement": image.words, "reading_ring": image.reading_ring, "ingot_ring": image.ingot_ring}
+    decoded = {}
+    for block, data in contents.items():
+        words = struct.unpack(f">{len(data) // 2}H", data)
+        decoded |= decode(words, block=block, word_order=word_order)
+    return decoded
+
+
+def test_a_ring_is_one_request_that_begins_with_its_index_and_holds_eight_slots():
+    for area, name, slot in (
+        (registers.READING_RING, "reading", ["timestamp", "diameter", "expanded_uncertainty", "trust", "validity"]),
+        (registers.INGOT_RING, "ingot", ["timestamp", "orientation", "confidence", "sequence"]),
+    ):
+        assert len(area) <= 125
+        assert ROWS[f"{name}_ring_index"].address == area.start == {"reading": 300, "ingot": 420}[name]
+        assert all(ROWS[f"{name}_{n}_{field}"].address in area for n in range(8) for field in slot)
+        assert ROWS[f"{name}_1_timestamp"].address - ROWS[f"{name}_0_timestamp"].address == 12
+        assert f"{name}_8_timestamp" not in ROWS
+
+
+def test_an_empty_ring_holds_no_values_and_never_zero_for_a_measurement():
+    decoded = all_decoded(encode({}), "big")
+    for row in RINGS:
+        if row.name in decoded:
+            assert decoded[row.name] == (0 if row.invalid is None else None)
+
+
+def test_addresses_of_version_1_have_not_moved():
+    places = {"heartbeat": 2, "validity": 5, "timestamp": 12, "diameter": 16, "trust": 28, "decision": 54}
+    places |= {"bar_sequence": 57, "test_float": 62, "diameter_u16": 66, "sequence_check": 119, "target_diameter": 200}
+    assert {name: ROWS[name].address for name in places} == places
 
 
 @given(st.one_of(st.floats(), st.integers(), st.booleans(), st.none()))
@@ -268,3 +327,10 @@ def test_encoding_is_cheap_enough_for_forty_images_a_second():
     for _ in range(200):
         encode(values, word_order="little")
     assert (time.process_time() - begun) / 200 < 0.001  # 4 % of one core at 40 images a second
+
+
+def test_set_points_are_encoded_as_they_are_decoded():
+    numbers = {"target_diameter": 26550, "steel_temperature": 1050, "product_id": 0x12345678, "plc_heartbeat": 9}
+    for order in ("big", "little"):
+        decoded = decode_set_points(encode_set_points(numbers, word_order=order), word_order=order)
+        assert decoded == {name: numbers.get(name, 0) for name in SET_POINT_NAMES}

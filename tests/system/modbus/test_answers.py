@@ -38,7 +38,20 @@ def test_status_bits_follow_the_alarms_as_discrete_inputs(wire):
     ("function", "start", "count"),
     [
         *[(4, start, count) for start, count in ((119, 2), (120, 1), (200, 1), (65535, 1), (65535, 125), (0, 121))],
-        *[(3, start, count) for start, count in ((119, 2), (150, 1), (199, 2), (200, 9), (207, 2), (208, 1))],
+        *[
+            (3, start, count)
+            for start, count in (
+                (119, 2),
+                (150, 1),
+                (199, 2),
+                (200, 9),
+                (207, 2),
+                (208, 1),
+                (208, 93),
+                (299, 2),
+                (399, 22),
+            )
+        ],
         *[(1, start, count) for start, count in ((15, 2), (16, 1), (0, 34), (31, 2), (33, 2), (65535, 2000))],
         *[(2, start, count) for start, count in ((20, 2), (21, 1), (0, 22))],
     ],

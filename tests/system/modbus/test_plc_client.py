@@ -1,5 +1,6 @@
 """The miniature PLC against our server and against what is not a gauge."""
 
+import dataclasses
 import itertools
 import socket
 import subprocess
@@ -82,8 +83,7 @@ def test_lines_for_people_say_every_main_value_or_that_there_is_none(server):
 
 def test_a_torn_block_is_told(server):
     image = encode(LIVE)
-    torn = image.words[:-1] + b"\x08"
-    server.publish(type(image)(torn, image.coils, image.discretes, "big"))
+    server.publish(dataclasses.replace(image, words=image.words[:-1] + b"\x08"))
     snapshot = next(poll("127.0.0.1", server.port))
     assert not snapshot.whole
     assert "torn" in snapshot_lines(snapshot)[-1]

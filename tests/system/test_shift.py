@@ -1,0 +1,149 @@
+"""A short shift: the miniature PLC and the whole appliance as a process, event by event."""
+
+import os
+import signal
+import struct
+from pathlib import Path
+
+import pytest
+from modbus_wire import read
+from running import Appliance, free_port, running
+
+from appliance.mill.bars import bar_at
+from plc.client import Plc, Snapshot
+
+SEED = 5
+SCAN_S = 0.02
+FIRST_BAR_MM = bar_at(SEED, 0).diameter_mm
+SETTINGS = """
+[plc]
+port = {port}
+writes = "all"
+state_directory = "state"
+silent_after_s = 1
+[sizing]
+stale_after_ms = 5000  # a busy computer may be late; lateness has tests of its own
+[sizing.camera]
+kind = "mill"
+seed = {seed}
+rate_hz = 8
+"""
+
+
+class Shift:
+    """The program of the PLC for one shift, and the lines that its log must show."""
+
+    def __init__(self, plc: Plc) -> None:
+        self.plc = plc
+        self.expected: list[str] = []
+
+    def until(self, wanted, *lines: str, within_s: float = 15) -> Snapshot:
+        snapshot = self.plc.run(wanted, within_s, every_s=SCAN_S)
+        self.expected += lines
+        assert self.plc.log == self.expected
+        return snapshot
+
+    def next_bar(self, number: int) -> Snapshot:
+        self.until(lambda seen: seen.values["validity"] == 0, "measurement not valid")
+        return self.until(lambda seen: seen.values["validity"] != 0, "measurement valid", f"bar {number}")
+
+    def until_lost(self) -> None:
+        while self.plc.scan() is not None:
+            pass
+        self.expected += ["connection lost", "measurement not valid"]
+        assert self.plc.log == self.expected
+
+    def want(self, **set_points: float) -> None:
+        self.plc.outputs.set_points = set_points
+
+    def acknowledge(self, alarm: str) -> None:
+        """Press while the cause is over and the alarm still shown."""
+        with pytest.raises(TimeoutError):
+            self.plc.run(lambda seen: not seen.alarms, 1.2, every_s=SCAN_S)
+        self.plc.press_acknowledge()
+        self.until(lambda seen: not seen.alarms, f"acknowledged {alarm}", f"{alarm} went", within_s=0.5)
+
+
+def test_a_whole_shift_event_by_event(tmp_path):
+    port = free_port()
+    file = tmp_path / "hotgauge.toml"
+    file.write_text(SETTINGS.format(port=port, seed=SEED))
+    with Plc("127.0.0.1", port) as plc:
+        shift = Shift(plc)
+        with running("run", "--config", file, port=port) as appliance:
+            the_line_starts(shift)
+            a_bar_is_out_of_tolerance(shift)
+            the_measuring_process_is_killed(shift, appliance)
+            leave_set_points(shift)
+            appliance.process.kill()
+            shift.until_lost()
+        with running("run", "--config", file, port=port) as appliance:
+            assert_set_points_are_there(appliance, tmp_path)
+            the_line_goes_on(shift)
+            the_plc_holds_the_gauge(shift)
+            the_plc_falls_silent(shift)
+
+
+def the_line_starts(shift: Shift) -> None:
+    shift.until(lambda seen: seen.values["validity"] != 0, "connected", "measurement valid", "bar 1")
+    seen = shift.next_bar(2)
+    assert seen.values["decision"] == 0
+    assert seen.values["correction"] is None
+
+
+def a_bar_is_out_of_tolerance(shift: Shift) -> None:
+    shift.want(target_diameter=10, tolerance_plus=2, tolerance_minus=2)
+    seen = shift.until(lambda seen: bool(seen.alarms), "alarm_out_of_tolerance came")
+    assert seen.values["decision"] == 2
+    assert seen.values["correction"] < 0
+    shift.want(target_diameter=round(seen.values["diameter"], 2), tolerance_plus=2, tolerance_minus=2)
+    seen = shift.until(lambda seen: seen.values["decision"] == 1)
+    assert abs(seen.values["deviation"]) < 0.5
+    shift.acknowledge("alarm_out_of_tolerance")
+    shift.want()
+    shift.next_bar(3)
+
+
+def the_measuring_process_is_killed(shift: Shift, appliance: Appliance) -> None:
+    os.kill(appliance.station(), signal.SIGKILL)
+    shift.until(lambda seen: bool(seen.alarms), "measurement not valid", "alarm_internal came", within_s=1)
+    shift.until(lambda seen: seen.values["validity"] != 0, "measurement valid", "bar 4", within_s=10)
+    shift.acknowledge("alarm_internal")
+
+
+def leave_set_points(shift: Shift) -> None:
+    shift.want(target_diameter=FIRST_BAR_MM, tolerance_plus=2, tolerance_minus=2, product_id=70000)
+    with pytest.raises(TimeoutError):  # longer than the disk is left alone between two writes
+        shift.plc.run(lambda seen: bool(seen.alarms), 1.5, every_s=SCAN_S)
+
+
+def assert_set_points_are_there(appliance: Appliance, folder: Path) -> None:
+    assert (folder / "state").is_dir()
+    with appliance.wire() as wire:
+        words = struct.unpack(">8H", wire.ask(read(3, 200, 8))[2:])
+    assert words[:3] == (round(100 * FIRST_BAR_MM), 200, 200)
+    assert words[4:6] == divmod(70000, 65536)
+
+
+def the_line_goes_on(shift: Shift) -> None:
+    seen = shift.until(lambda seen: seen.values["validity"] != 0, "connected", "measurement valid", "bar 1")
+    assert seen.values["deviation"] == pytest.approx(seen.values["diameter"] - FIRST_BAR_MM, abs=0.01)
+    assert seen.values["decision"] == 1
+
+
+def the_plc_holds_the_gauge(shift: Shift) -> None:
+    shift.want()
+    shift.plc.outputs.hold = True
+    seen = shift.until(lambda seen: seen.values["validity"] == 0, "measurement not valid", within_s=0.5)
+    assert seen.values["device_state"] == 3
+    assert seen.values["diameter"] is None
+    shift.plc.outputs.hold = False
+    shift.until(lambda seen: seen.values["bar_sequence"] == 2, "measurement valid", "bar 2", within_s=1)
+    shift.next_bar(3)
+
+
+def the_plc_falls_silent(shift: Shift) -> None:
+    shift.plc.outputs.beats = False
+    shift.until(lambda seen: bool(seen.alarms), "alarm_plc_silent came", within_s=2)
+    shift.plc.outputs.beats = True
+    shift.acknowledge("alarm_plc_silent")
