@@ -3,7 +3,7 @@
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := run
-.PHONY: run test lint types contracts packages study bench tables
+.PHONY: run test lint types contracts packages study bench tables figures
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -31,6 +31,9 @@ study: $(VENV)/installed-dev
 
 bench: $(VENV)/installed-dev
 	PYTHONPATH=tests $(BIN)/python benchmarks/pair.py
+
+figures: $(VENV)/installed-dev
+	$(BIN)/python docs/figures
 
 tables: $(VENV)/installed-dev
 	$(BIN)/python docs/tables

@@ -1,0 +1,97 @@
+"""Draws the figures of the documents: `make figures`. Needs the recording `line_a` (see HOTGAUGE_RECORDINGS)."""
+
+import os
+from pathlib import Path
+
+import cv2
+import matplotlib as mpl
+import numpy as np
+
+mpl.use("Agg")
+from matplotlib import pyplot as plt
+
+from appliance.calibrate import calibrate_folder
+from appliance.cameras.recording import Recording
+from appliance.mill.bars import Bar
+from appliance.mill.rig import default_rig
+from appliance.mill.scene import Scene
+from appliance.mill.sensor import Sensor, coded
+from vision.calibration.rig import Camera, Rig
+from vision.edges.subpixel import sample_profiles
+from vision.light import decoding_table
+from vision.sizing.limb import LimbFinder
+from vision.sizing.region import RegionGrid
+
+FOLDER = Path(__file__).parent
+RECORDINGS = Path(os.environ.get("HOTGAUGE_RECORDINGS", FOLDER.parents[2] / "shared" / "recordings"))
+OFFSETS_PX = np.arange(-20.0, 12.0, 0.25)
+NOISE_KERNEL = np.array([[1.0, -2.0, 1.0], [-2.0, 4.0, -2.0], [1.0, -2.0, 1.0]])  # blind to slopes; noise gain 6
+RED = 2
+
+
+def mill_pair(lit: bool):
+    bar = Bar(190.0)
+    scene = Scene(default_rig(), 1, Sensor("gamma 2.2"), lit_by=bar if lit else None)
+    return [coded(picture, "jpeg 4:4:4") for picture in scene.pair(bar, 0)]
+
+
+def mill_rig():
+    left, right = (Camera(c.K, c.dist, c.R, c.t, c.image_size) for c in default_rig().cameras)
+    empty = {name: np.empty((0, 2)) for name in ("left_low", "right_low", "left_high", "right_high")}
+    return Rig(left, right, np.zeros((30, 30)), "gamma 2.2", (-250.0, 250.0), 0.0, 0.0, 200.0, 0.0, empty, 0.0)
+
+
+def limb_profiles(pair, rig):
+    """Mean red light across each limb, background to bar, over the bar's own light, one row per limb."""
+    decode = decoding_table(rig.response)
+    rows = []
+    for view, (camera, picture) in enumerate(zip((rig.left, rig.right), pair, strict=True)):
+        outline = RegionGrid(camera, rig.region_y_mm).bars(picture, decode)[0]
+        finder = LimbFinder(view, camera, decode, rig.region_y_mm)
+        limbs = [finder.locate(picture, outline.left, -1), finder.locate(picture, outline.right, +1)]
+        middle = 0.5 * (limbs[0].point_px.mean(axis=0) + limbs[1].point_px.mean(axis=0))
+        for limb in limbs:
+            along = np.linalg.svd(limb.point_px - limb.point_px.mean(axis=0))[2][0]
+            normal = np.array([-along[1], along[0]])
+            normal *= np.sign((middle - limb.point_px.mean(axis=0)) @ normal)
+            light = decode[picture[:, :, RED]]
+            profile = sample_profiles(light, limb.point_px, np.tile(normal, (len(limb.point_px), 1)), OFFSETS_PX)
+            mean = np.nanmean(profile, axis=0)
+            rows.append(mean / mean[(OFFSETS_PX > 6) & (OFFSETS_PX < 11)].mean())
+    return np.array(rows)
+
+
+def noise(pair):
+    """Level and standard deviation of the noise in code values of red, from differences that slopes cancel in."""
+    red = np.concatenate([picture[:, :, RED].ravel() for picture in pair])
+    rough = np.concatenate([np.abs(cv2.filter2D(p[:, :, RED].astype(float), -1, NOISE_KERNEL)).ravel() for p in pair])
+    levels = np.arange(10, 245, 10)
+    near = [np.abs(red.astype(int) - level) <= 4 for level in levels]
+    return levels, [np.mean(rough[one]) * np.sqrt(np.pi / 2) / 6 if one.sum() > 3000 else np.nan for one in near]
+
+
+def edge_profile():
+    line_a = RECORDINGS / "line_a"
+    _, left, right = next(iter(Recording(line_a / "scenes" / "s5_clean")))
+    recorded = ("line_a, path-traced", (left, right), calibrate_folder(line_a).rig, "tab:blue")
+    scenes = [
+        recorded,
+        ("mill, dark line", mill_pair(lit=False), mill_rig(), "tab:orange"),
+        ("mill, lit rollers", mill_pair(lit=True), mill_rig(), "tab:red"),
+    ]
+    figure, (edge, grain) = plt.subplots(1, 2, figsize=(11, 4.2))
+    for name, pair, rig, colour in scenes:
+        for number, profile in enumerate(limb_profiles(pair, rig)):
+            edge.plot(OFFSETS_PX, profile, color=colour, linewidth=1, label=name if number == 0 else None)
+        grain.plot(*noise(pair), "o-", color=colour, markersize=3, label=name)
+    edge.set(xlabel="across the limb, pixels (bar to the right)", ylabel="red light, share of the bar's")
+    grain.set(xlabel="level, code values", ylabel="noise, code values", ylim=(0, None))
+    for axes in (edge, grain):
+        axes.grid(alpha=0.3)
+        axes.legend()
+    figure.tight_layout()
+    figure.savefig(FOLDER / "edge_profile.png", dpi=80)
+
+
+if __name__ == "__main__":
+    edge_profile()
