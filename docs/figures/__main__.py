@@ -30,12 +30,14 @@ RED = 2
 
 
 def mill_pair(lit: bool):
+    """A bar of the embedded mill, with or without its glow on the rollers."""
     bar = Bar(190.0)
     scene = Scene(default_rig(), 1, Sensor("gamma 2.2"), lit_by=bar if lit else None)
     return [coded(picture, "jpeg 4:4:4") for picture in scene.pair(bar, 0)]
 
 
 def mill_rig():
+    """The embedded mill's cameras as they are."""
     left, right = (Camera(c.K, c.dist, c.R, c.t, c.image_size) for c in default_rig().cameras)
     empty = {name: np.empty((0, 2)) for name in ("left_low", "right_low", "left_high", "right_high")}
     return Rig(left, right, np.zeros((30, 30)), "gamma 2.2", (-250.0, 250.0), 0.0, 0.0, 200.0, 0.0, empty, 0.0)
@@ -71,6 +73,7 @@ def noise(pair):
 
 
 def edge_profile():
+    """Limbs and noise of the recording and of the mill side by side."""
     line_a = RECORDINGS / "line_a"
     _, left, right = next(iter(Recording(line_a / "scenes" / "s5_clean")))
     recorded = ("line_a, path-traced", (left, right), calibrate_folder(line_a).rig, "tab:blue")

@@ -42,6 +42,7 @@ def write(name, processes):
     summary = json.dumps(study(name).summary(rows), indent=1)
     text = f'{json.dumps(head)[:-1]},\n"summary": {summary},\n"rows": [\n{lines}\n]}}\n'
     json.loads(text)
+    RESULTS.mkdir(parents=True, exist_ok=True)
     (RESULTS / f"{name}.json").write_text(text, encoding="utf-8")
     print(f"{name}: {len(rows)} cases\n{summary}")
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from vision.edges.subpixel import edge_blur_px, half_level_crossing, sample_profiles
+from vision.edges.subpixel import edge_blur_px, edge_shading, half_level_crossing, sample_profiles
 
 OFFSETS = np.arange(-9.0, 9.25, 0.25)
 
@@ -61,6 +61,32 @@ def test_noise_moves_an_edge_without_a_bias():
 def test_the_blur_of_an_edge_is_measured(blur):
     profile = np.array([blurred_step(place, blur) for place in (-0.4, 0.0, 0.7)])
     assert edge_blur_px(profile, OFFSETS, np.array([-0.4, 0.0, 0.7])) == pytest.approx(blur, rel=0.05)
+
+
+@pytest.mark.parametrize("blur", [0.7, 1.1])
+@pytest.mark.parametrize("darker", [0.0, 0.05, 0.1])
+def test_a_limb_that_grows_darker_with_the_angle_is_found_where_it_is(blur, darker):
+    # a cylinder of 90 px radius whose light falls with the cosine of the angle, blurred numerically
+    fine = np.arange(-30.0, 30.0, 0.01)
+    depth = np.clip(fine, 0.0, 90.0)
+    cosine = np.sqrt(1 - (1 - depth / 90.0) ** 2)
+    light = np.where(fine < 0, 0.03, 0.6 * (1 - darker * (1 - cosine)))
+    spread = norm.pdf(np.arange(-6.0, 6.005, 0.01) / blur)
+    profile = np.interp(OFFSETS, fine, np.convolve(light, spread / spread.sum(), mode="same"))[None, :]
+    without = half_level_crossing(profile, OFFSETS, blur, expected_px=0.0)
+    shading = edge_shading(profile, OFFSETS, without, blur)
+    place = half_level_crossing(profile, OFFSETS, blur, expected_px=0.0, shading=shading).place_px[0]
+    assert abs(place) < 0.006
+    assert darker < 0.1 or abs(place) < 0.5 * abs(without.place_px[0])
+
+
+def test_patches_on_the_bar_do_not_count_as_shading():
+    flat = blurred_step(0.0, 0.8)
+    patched = np.where(OFFSETS > 4.0, 0.4 * flat, flat)
+    profile = np.array([flat] * 6 + [patched] * 4)
+    assert edge_shading(profile, OFFSETS, half_level_crossing(profile, OFFSETS, 0.8), 0.8) == pytest.approx(
+        0.0, abs=5e-3
+    )
 
 
 def test_profiles_are_sampled_along_the_normal_and_empty_outside():

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.calibration.rig import Camera
-from vision.edges.subpixel import edge_blur_px, half_level_crossing, sample_profiles
+from vision.edges.subpixel import edge_blur_px, edge_shading, half_level_crossing, sample_profiles
 from vision.sizing.region import PLANE_HEIGHT_MM
 
 Array = NDArray[np.float64]
@@ -157,7 +157,9 @@ class LimbFinder:
         point, normal, y_mm = self._across(line, side, SPACING_PX)
         offsets = np.arange(-REFINE_PX, REFINE_PX + STEP_PX, STEP_PX)
         profile = self._profiles(channel, point, normal, offsets)
-        edge = half_level_crossing(profile, offsets, blur_px, expected_px=0.0)
+        even = half_level_crossing(profile, offsets, blur_px, expected_px=0.0)
+        shading = edge_shading(profile, offsets, even, blur_px)
+        edge = half_level_crossing(profile, offsets, blur_px, expected_px=0.0, shading=shading)
         found = np.isfinite(edge.place_px)
         clipped = edge.bright >= self._decode[CLIPPED_CODE]
         kept = found & ~clipped
