@@ -67,7 +67,7 @@ def test_the_blur_of_an_edge_is_measured(blur):
 @pytest.mark.parametrize("darker", [0.0, 0.05, 0.1])
 def test_a_limb_that_grows_darker_with_the_angle_is_found_where_it_is(blur, darker):
     # a cylinder of 90 px radius whose light falls with the cosine of the angle, blurred numerically
-    fine = np.arange(-30.0, 30.0, 0.01)
+    fine = np.arange(-29.995, 30.0, 0.01)  # cells, none of which the edge cuts
     depth = np.clip(fine, 0.0, 90.0)
     cosine = np.sqrt(1 - (1 - depth / 90.0) ** 2)
     light = np.where(fine < 0, 0.03, 0.6 * (1 - darker * (1 - cosine)))
@@ -76,8 +76,8 @@ def test_a_limb_that_grows_darker_with_the_angle_is_found_where_it_is(blur, dark
     without = half_level_crossing(profile, OFFSETS, blur, expected_px=0.0)
     shading = edge_shading(profile, OFFSETS, without, blur)
     place = half_level_crossing(profile, OFFSETS, blur, expected_px=0.0, shading=shading).place_px[0]
-    assert abs(place) < 0.006
-    assert darker < 0.1 or abs(place) < 0.5 * abs(without.place_px[0])
+    assert abs(place) < 0.003
+    assert darker < 0.1 or abs(place) < 0.3 * abs(without.place_px[0])
 
 
 def test_patches_on_the_bar_do_not_count_as_shading():
