@@ -69,6 +69,12 @@ class MillCamera(_Section):
     rate_hz: float = Field(
         default=10.0, gt=0, le=60, description="Image pairs per second", json_schema_extra=_unit("1/s")
     )
+    prepared_frames: int = Field(
+        default=0,
+        ge=0,
+        le=600,
+        description="Frames drawn before the start and then played as a loop, at any rate; 0 draws as it goes",
+    )
 
 
 class RecordingCamera(_Section):

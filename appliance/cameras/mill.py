@@ -22,11 +22,13 @@ from appliance.mill.rig import default_rig
 from appliance.mill.sensor import Response, Sensor
 
 Picture = NDArray[np.uint8]
+Drawn = tuple[int, Picture, Picture, dict[str, object]]  # frame, left, right, truth
 
 EXPOSURE_US = 500.0
 PRINT_STREAM, DETECTOR_STREAM = 1, 2  # of random numbers: a board's errors know nothing of its pictures' noise
 SLOTS = 12  # pairs prepared ahead
 START_TIME_S = 30.0  # what stands still is drawn first
+FRAME_TIME_S = 0.5  # of a pair, on a very busy computer
 
 
 class MillSource:
@@ -39,6 +41,8 @@ class MillSource:
     rate_hz : float
         Exposures per second; 0 delivers every frame as fast as it is asked for. When drawing is slower, pairs are
         left out and counted as dropped.
+    prepared_frames : int
+        Frames that are drawn before the start and then played as a loop, at any rate; 0 draws as it goes.
 
     Attributes
     ----------
@@ -52,9 +56,10 @@ class MillSource:
 
     simulated = True
 
-    def __init__(self, seed: int, rate_hz: float) -> None:
+    def __init__(self, seed: int, rate_hz: float, prepared_frames: int = 0) -> None:
         self._seed = seed
         self._rate_hz = rate_hz
+        self._prepared_frames = prepared_frames
         self._rig = default_rig()
         self.board = Board.with_errors(np.random.default_rng([seed, PRINT_STREAM]))
         self.response: Response = Sensor().response
@@ -62,9 +67,9 @@ class MillSource:
 
     def __enter__(self) -> Self:
         """Start drawing, wait until the ring is full, then start the clock; raises `CameraError`."""
-        self._renderer = _Renderer(self._seed, self.image_size)
+        self._renderer = _Renderer(self._seed, self.image_size, self._prepared_frames or SLOTS)
         try:
-            self._renderer.fill(START_TIME_S)
+            self._renderer.fill(START_TIME_S + FRAME_TIME_S * self._prepared_frames)
         except CameraError:
             self._renderer.close()
             raise
@@ -86,12 +91,17 @@ class MillSource:
             The process that draws the pictures has ended.
         """
         until_s = time.monotonic() + timeout_s
-        while (drawn := self._renderer.take(self._newest_due())) is None:
+        while (drawn := self._drawn(self._newest_due())) is None:
             left_s = until_s - time.monotonic()
             if left_s <= 0:
                 return None
             self._renderer.receive(min(left_s, self._until_due_s()))
         return self._pair(*drawn)
+
+    def _drawn(self, latest: int) -> Drawn | None:
+        if not self._prepared_frames:
+            return self._renderer.take(latest)
+        return self._renderer.look(latest) if latest > self._last else None
 
     def _newest_due(self) -> int:
         if self._rate_hz == 0:
@@ -133,13 +143,14 @@ class MillSource:
 class _Renderer:
     """The drawing process and the ring of pairs that it has drawn."""
 
-    def __init__(self, seed: int, image_size: tuple[int, int]) -> None:
+    def __init__(self, seed: int, image_size: tuple[int, int], slots: int) -> None:
         columns, rows = image_size
+        self._slots = slots
         self._link, theirs = socket.socketpair()
         ring = os.memfd_create("hotgauge-mill")
-        os.ftruncate(ring, SLOTS * 2 * rows * columns * 3)
-        self._ring = slots_of(ring, SLOTS, image_size)
-        numbers = [str(number) for number in (theirs.fileno(), ring, SLOTS, seed)]
+        os.ftruncate(ring, slots * 2 * rows * columns * 3)
+        self._ring = slots_of(ring, slots, image_size)
+        numbers = [str(number) for number in (theirs.fileno(), ring, slots, seed)]
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", "appliance.mill.renderer", *numbers],
             stdin=subprocess.DEVNULL,
@@ -152,13 +163,19 @@ class _Renderer:
 
     def fill(self, timeout_s: float) -> None:
         """Have every slot drawn; raises `CameraError` when that takes too long."""
-        for slot in range(SLOTS):
+        for slot in range(self._slots):
             self._free(slot, wanted=0)
         until_s = time.monotonic() + timeout_s
-        while len(self._drawn) < SLOTS:
+        while len(self._drawn) < self._slots:
             if time.monotonic() > until_s:
                 raise CameraError("the simulated mill does not draw its pictures in time; the computer is overloaded")
             self.receive(1.0)
+
+    def look(self, number: int) -> Drawn:
+        """A frame of the loop that the slots hold, by its number in an endless line of loops."""
+        drawn = self._drawn[number % self._slots]
+        left, right = self._ring[drawn["slot"]].copy()
+        return number, left, right, drawn["truth"]
 
     def receive(self, timeout_s: float) -> None:
         """Wait for news of drawn pairs; raises `CameraError` when the process has ended."""
@@ -174,7 +191,7 @@ class _Renderer:
         *lines, self._rest = (self._rest + received).split(b"\n")
         self._drawn.extend(json.loads(line) for line in lines)
 
-    def take(self, latest: int) -> tuple[int, Picture, Picture, dict[str, object]] | None:
+    def take(self, latest: int) -> Drawn | None:
         """Newest drawn frame up to a number, with its pictures and truth; older ones are let go."""
         newest = None
         while self._drawn and self._drawn[0]["frame"] <= latest:

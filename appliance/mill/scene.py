@@ -116,7 +116,7 @@ class View:
         """8-bit picture, blue-green-red, shape (rows, columns, 3).
 
         Around the bar the noise is drawn for this picture; where nothing moves it is that of one of `PREPARED` pictures
-        of the empty line, which saves more than half of the time.
+        of the empty line, which saves time.
         """
         prepared = self._empty_line()
         picture = prepared[noise_start % PREPARED].copy()

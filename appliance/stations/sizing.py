@@ -85,7 +85,7 @@ def _source(settings: SizingSettings) -> PairSource:
     camera = settings.camera
     if isinstance(camera, RecordingCamera):
         return RecordingSource(camera.path, rate_hz=camera.rate_hz, loop=camera.loop)
-    return MillSource(seed=camera.seed, rate_hz=camera.rate_hz)
+    return MillSource(camera.seed, camera.rate_hz, camera.prepared_frames)
 
 
 def _gauge(settings: SizingSettings, source: PairSource, link: StationLink) -> TimedGauge:

@@ -225,6 +225,19 @@ def test_without_a_rate_every_frame_comes_in_order(source):
     assert [source.next(5.0).sequence for _ in range(20)] == list(range(first + 1, first + 21))
 
 
+def test_a_prepared_loop_keeps_any_rate_and_goes_on_counting(source):
+    with MillSource(seed=5, rate_hz=0, prepared_frames=3) as camera:
+        pairs = [camera.next(1.0) for _ in range(7)]
+    assert [pair.sequence for pair in pairs] == list(range(7))
+    assert np.array_equal(pairs[1].left, pairs[4].left)
+    assert not np.array_equal(pairs[1].left, pairs[2].left)
+    assert pairs[5].truth == truth(bar_at(5, 2))
+    with MillSource(seed=5, rate_hz=50, prepared_frames=3) as camera:
+        started = time.monotonic()
+        last = [camera.next(1.0) for _ in range(25)][-1]
+        assert last.sequence == pytest.approx(50 * (time.monotonic() - started), abs=3)
+
+
 def take_all(camera):
     for _ in range(50):
         camera.next(5.0)
