@@ -62,7 +62,7 @@ async def _run_once(module: str, settings_json: str, on_message: Callable[[Messa
 
 
 async def _start(module: str, link: int) -> Process:
-    # its own session: Ctrl-C on a terminal ends the supervisor only, and that closes the link
+    # away from the terminal: Ctrl-C on a terminal ends the supervisor only, and that closes the link
     return await asyncio.create_subprocess_exec(
         sys.executable, "-P", "-m", module, str(link),
         pass_fds=(link,), stdin=DEVNULL, stdout=DEVNULL, start_new_session=True,
