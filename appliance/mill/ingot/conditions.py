@@ -13,7 +13,7 @@ import numpy as np
 
 from appliance.mill.ingot.faces import Rng
 from appliance.mill.ingot.line import IMAGE_SIZE, Habits, IngotLine, random_line
-from appliance.mill.ingot.sequence import IngotSequence, sequence_of
+from appliance.mill.ingot.sequence import IngotSequence
 
 QUIET = Habits(glare_share=0.0, overexposed_share=0.0, drift=(1.0, 1.0))
 MOVED_PX = 10.0
@@ -41,7 +41,7 @@ def ingot_sequence(
     ValueError
         `condition` is not in the table.
     """
-    return sequence_of(ingot_line(seed, condition, image_size), ingots)
+    return IngotSequence(ingot_line(seed, condition, image_size), ingots)
 
 
 def ingot_line(seed: int, condition: str = "mixed", image_size: tuple[int, int] = IMAGE_SIZE) -> IngotLine:
