@@ -145,6 +145,18 @@ def test_wrinkles_show_on_tops_and_yet_some_bottoms_have_more_contrast_than_some
     assert 0.85 < np.mean(top[:, None] > bottom) < 0.99
 
 
+def test_the_label_is_that_of_the_end_in_the_picture():
+    measured = {label: [] for label in LABELS}
+    for picture, told in drawn("clean", ingots=2):
+        if told.present:
+            x, y, half = round(told.x), round(told.y), round(0.6 * told.r)
+            end = cv2.resize(
+                picture[y - half : y + half, x - half : x + half, 1], (40, 40), interpolation=cv2.INTER_AREA
+            )
+            measured[told.label].append(contrast(end))
+    assert min(measured["top"]) > max(measured["bottom"])
+
+
 def test_a_pattern_belongs_to_its_ingot():
     line = ingot_line(3, "clean", SMALL)
     one, other = (line.ingot("top", np.random.default_rng(seed)).face for seed in (1, 2))
