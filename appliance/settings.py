@@ -92,7 +92,60 @@ class RecordingCamera(_Section):
     loop: bool = Field(default=True, description="Start again at the end")
 
 
-Camera = Annotated[MillCamera | RecordingCamera, Field(discriminator="kind")]
+class OakCamera(_Section):
+    """OAK cameras."""
+
+    kind: Literal["oak"] = Field(description="OAK cameras, through depthai")
+    left: str = Field(default="", description="Left camera: device id, address or name; empty takes the only device")
+    right: str = Field(default="", description="Right camera; empty: both sensors are those of the left device")
+    left_socket: Literal["CAM_A", "CAM_B", "CAM_C", "CAM_D"] = Field(
+        default="CAM_B", description="Sensor that is the left camera"
+    )
+    right_socket: Literal["CAM_A", "CAM_B", "CAM_C", "CAM_D"] = Field(
+        default="CAM_C", description="Sensor that is the right camera"
+    )
+    sync: Literal["wire", "ptp"] = Field(
+        default="wire", description="What keeps two devices in step: the FSYNC wire from left to right, or PTP"
+    )
+    apart_max_us: int = Field(
+        default=1000,
+        ge=10,
+        le=50000,
+        description="Longest time between left and right exposure of a pair",
+        json_schema_extra=_unit("µs"),
+    )
+    pictures: Literal["grey", "colour"] = Field(
+        default="grey", description="Kind of pictures; grey has the sharper edges"
+    )
+    rate_hz: float = Field(
+        default=10.0, gt=0, le=120, description="Image pairs per second", json_schema_extra=_unit("1/s")
+    )
+    exposure_us: int = Field(default=500, ge=1, le=33000, description="Exposure time", json_schema_extra=_unit("µs"))
+    sensitivity_iso: int = Field(default=100, ge=100, le=1600, description="Sensitivity, as ISO value")
+    white_balance_k: int = Field(
+        default=5000, ge=1000, le=12000, description="White balance", json_schema_extra=_unit("K")
+    )
+    focus: int | None = Field(
+        default=None, ge=0, le=255, description="Position of the lens; without: as a lens of fixed focus has it"
+    )
+
+
+class StreamCamera(_Section):
+    """Network or USB cameras through OpenCV."""
+
+    kind: Literal["stream"] = Field(description="RTSP or HTTP streams, or V4L2 devices")
+    left: str = Field(description="Left camera: an address such as rtsp://..., or a device such as /dev/video0")
+    right: str = Field(description="Right camera")
+    apart_max_us: int = Field(
+        default=5000,
+        ge=10,
+        le=50000,
+        description="Longest time between the arrival of left and right picture of a pair",
+        json_schema_extra=_unit("µs"),
+    )
+
+
+Camera = Annotated[MillCamera | RecordingCamera | OakCamera | StreamCamera, Field(discriminator="kind")]
 
 
 class SizingSettings(_Section):

@@ -31,6 +31,8 @@ class FramePair:
         Exposure time; NaN where the source cannot say.
     dropped : int
         Pairs that the source had discarded, since it was opened, because a newer one was ready.
+    temperature_c : float
+        Of the hottest camera, in degrees Celsius; NaN where the source cannot say.
     truth : dict or None
         What a simulation knows about the scene (`diameter_mm`, ...); never read by a gauge.
     """
@@ -44,6 +46,7 @@ class FramePair:
     exposed_utc_ms: int
     exposure_us: float = float("nan")
     dropped: int = 0
+    temperature_c: float = float("nan")
     truth: dict[str, object] | None = field(default=None, compare=False)
 
 
