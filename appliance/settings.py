@@ -125,8 +125,8 @@ class OakCamera(_Section):
     white_balance_k: int = Field(
         default=5000, ge=1000, le=12000, description="White balance", json_schema_extra=_unit("K")
     )
-    focus: int | None = Field(
-        default=None, ge=0, le=255, description="Position of the lens; without: as a lens of fixed focus has it"
+    focus: int = Field(
+        default=130, ge=0, le=255, description="Position of the lens; one of fixed focus has no use for it"
     )
 
 
@@ -137,11 +137,32 @@ class StreamCamera(_Section):
     left: str = Field(description="Left camera: an address such as rtsp://..., or a device such as /dev/video0")
     right: str = Field(description="Right camera")
     apart_max_us: int = Field(
-        default=5000,
+        default=20000,
         ge=10,
-        le=50000,
+        le=100000,
         description="Longest time between the arrival of left and right picture of a pair",
         json_schema_extra=_unit("µs"),
+    )
+    delay_ms: float = Field(
+        default=100.0,
+        ge=0,
+        le=2000,
+        description="Time from exposure to arrival; it counts to the age of a reading",
+        json_schema_extra=_unit("ms"),
+    )
+
+
+class StreamPicture(_Section):
+    """A network or USB camera through OpenCV."""
+
+    kind: Literal["stream"] = Field(description="RTSP or HTTP stream, or a V4L2 device")
+    address: str = Field(description="An address such as rtsp://..., or a device such as /dev/video0")
+    delay_ms: float = Field(
+        default=100.0,
+        ge=0,
+        le=2000,
+        description="Time from exposure to arrival; it counts to the age of a reading",
+        json_schema_extra=_unit("ms"),
     )
 
 

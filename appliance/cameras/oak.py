@@ -109,8 +109,7 @@ def _camera(
     control = node.initialControl
     control.setManualExposure(settings.exposure_us, settings.sensitivity_iso)
     control.setManualWhiteBalance(settings.white_balance_k)
-    if settings.focus is not None:
-        control.setManualFocus(settings.focus)
+    control.setManualFocus(settings.focus)
     if settings.right and settings.sync == "ptp":
         control.setFrameSyncMode(dai.CameraControl.FrameSyncMode.TIME_PTP)
     return node
@@ -202,11 +201,11 @@ class OakSource:
 
     def _take(self, side: int, wait: timedelta) -> bool:
         try:
-            frame = self._queues[side].get(wait)
+            frame = cast("dai.ImgFrame | None", self._queues[side].get(wait))
         except CLOSED as error:
             raise CameraError("an OAK camera is gone; check cable and power") from error
         if frame is not None:
-            self._pairing.add(side, self._exposure(cast("dai.ImgFrame", frame)))
+            self._pairing.add(side, self._exposure(frame))
         return frame is not None
 
     def _exposure(self, frame: dai.ImgFrame) -> Exposure:

@@ -15,9 +15,10 @@ import time
 from appliance.cameras.mill import MillSource
 from appliance.cameras.recording import RecordingSource
 from appliance.cameras.source import CameraError, EndOfRecording, FramePair, PairSource
+from appliance.cameras.stream import StreamSource
 from appliance.gauging import TimedGauge, mill_rig
 from appliance.rigs import RigError, load_rig
-from appliance.settings import RecordingCamera, SizingSettings
+from appliance.settings import MillCamera, OakCamera, RecordingCamera, SizingSettings, StreamCamera
 from appliance.stations.link import ReadingMessage, StateMessage, StationLink
 from vision.readings import SizeReading
 
@@ -83,9 +84,23 @@ def _measure(settings: SizingSettings, link: StationLink, closed: threading.Even
 
 def _source(settings: SizingSettings) -> PairSource:
     camera = settings.camera
-    if isinstance(camera, RecordingCamera):
-        return RecordingSource(camera.path, rate_hz=camera.rate_hz, loop=camera.loop)
-    return MillSource(camera.seed, camera.rate_hz, camera.prepared_frames)
+    match camera:
+        case RecordingCamera():
+            return RecordingSource(camera.path, rate_hz=camera.rate_hz, loop=camera.loop)
+        case StreamCamera():
+            return StreamSource(camera)
+        case OakCamera():
+            return _oak_source(camera)
+        case MillCamera():
+            return MillSource(camera.seed, camera.rate_hz, camera.prepared_frames)
+
+
+def _oak_source(camera: OakCamera) -> PairSource:
+    try:
+        from appliance.cameras.oak import OakSource  # noqa: PLC0415  an extra that only those with such cameras have
+    except ImportError as error:
+        raise CameraError("depthai is not installed; install it with: pip install 'hotgauge[oak]'") from error
+    return OakSource(camera)
 
 
 def _gauge(settings: SizingSettings, source: PairSource, link: StationLink) -> TimedGauge:

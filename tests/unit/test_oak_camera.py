@@ -51,7 +51,7 @@ class Bench:
         self.same_device, self.left, self.right = same_device, left or {}, right or {}
         self.players = []
 
-    def __call__(self, pipeline, settings):
+    def __call__(self, pipeline, _):
         start = time.monotonic() + 0.05
         for changes in (self.left, self.right):
             player = pipeline.create(Player)
@@ -71,6 +71,11 @@ def pairs_of(oak, count):
         if pair is not None:
             pairs.append(pair)
     return pairs
+
+
+def play(oak):
+    while True:
+        oak.next(1.0)
 
 
 def test_pairs_are_of_the_same_exposure_and_in_order():
@@ -116,8 +121,7 @@ def test_cameras_out_of_step_are_no_pair_and_said_so():
     with source(Bench(same_device=False, left={"frames": 600}, right={"frames": 600, "late_s": 0.004})) as oak:
         started = time.monotonic()
         with pytest.raises(CameraError, match="synchronises"):
-            while oak.next(1.0) is None:
-                pass
+            play(oak)
     assert SILENT_S <= time.monotonic() - started < SILENT_S + 5
 
 
@@ -126,8 +130,7 @@ def test_a_camera_that_falls_silent_is_lost():
     with source(bench) as oak:
         pairs_of(oak, 5)
         with pytest.raises(CameraError, match="sent no pair"):
-            while True:
-                oak.next(1.0)
+            play(oak)
 
 
 def test_a_pipeline_that_ends_is_a_lost_camera():
@@ -135,8 +138,7 @@ def test_a_pipeline_that_ends_is_a_lost_camera():
         pairs_of(oak, 5)
         oak._pipeline.stop()
         with pytest.raises(CameraError, match="gone"):
-            while True:
-                oak.next(1.0)
+            play(oak)
 
 
 def test_it_can_be_opened_again_after_a_loss():
