@@ -6,6 +6,7 @@ for a while.
 
 import asyncio
 import contextlib
+import math
 import socket
 import sys
 import time
@@ -74,12 +75,12 @@ class Keeper:
         self._life: asyncio.Task[str] | None = None
         self._state: Literal["running", "restarting", "failing"] = "running"
         self._ends = 0
-        self._started_s = 0.0
+        self._measures_since_s = math.inf
 
     async def keep(self) -> None:
         """Start processes until cancelled; none is left when this returns."""
         while True:
-            self._started_s = time.monotonic()
+            self._measures_since_s = math.inf
             self._life = asyncio.create_task(self._live())
             try:
                 reason = await self._life
@@ -99,8 +100,7 @@ class Keeper:
 
     def _count_end(self, reason: str) -> float:
         """Tell of an end; the time to wait before the next start."""
-        ran_well = time.monotonic() - self._started_s > GOOD_RUN_S
-        self._ends = 1 if ran_well else self._ends + 1
+        self._ends = 1 if self._runs_well() else self._ends + 1
         if self._ends >= ENDS_IN_ROW:
             self._tell("failing", ended=True, detail=f"{reason}, {self._ends} times; next try in {COOL_DOWN_S:.0f} s")
             return COOL_DOWN_S
@@ -108,10 +108,14 @@ class Keeper:
         return min(PAUSE_FIRST_S * 2 ** (self._ends - 1), PAUSE_LONGEST_S)
 
     def _hear(self, message: Message) -> None:
-        ran_s = time.monotonic() - self._started_s
-        if isinstance(message, ReadingMessage) and (self._state != "failing" or ran_s > GOOD_RUN_S):
-            self._tell("running")
+        if isinstance(message, ReadingMessage):
+            self._measures_since_s = min(self._measures_since_s, time.monotonic())
+            if self._state != "failing" or self._runs_well():
+                self._tell("running")
         self._on_message(message)
+
+    def _runs_well(self) -> bool:
+        return time.monotonic() - self._measures_since_s > GOOD_RUN_S
 
     def _tell(
         self, state: Literal["running", "restarting", "failing"], *, ended: bool = False, detail: str = ""
