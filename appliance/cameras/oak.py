@@ -1,8 +1,8 @@
 """OAK cameras: one device with two sensors, or two devices that are synchronised by wire or by PTP.
 
 The only importer of depthai. Nothing is left to the camera's own judgement: exposure, focus and white balance are
-fixed, and the device does not recalibrate itself. A device that is lost, or silent, ends the source with a
-`CameraError`; who uses it opens it again.
+fixed, and the device does not recalibrate itself. A device that is lost ends the source with a `CameraError`; who
+uses it opens it again.
 """
 
 import contextlib
@@ -26,7 +26,6 @@ os.environ.setdefault("DEPTHAI_LEVEL", "error")
 import depthai as dai
 
 WAITING = 8  # pictures of a camera that wait to be taken
-SILENT_S = 3.0  # cameras that deliver nothing for so long are opened again
 TEMPERATURE_PERIOD_S = 5.0
 AT_ONCE = timedelta(microseconds=1)  # `get` lets other threads run while it waits for a queue; `tryGet` does not
 CLOSED = cast("type[Exception]", dai.MessageQueue.QueueException)  # pyright: ignore[reportUnknownMemberType]
@@ -121,6 +120,8 @@ class OakSource:
     Parameters
     ----------
     settings : OakCamera
+    in_step_us : float
+        Longest time between two exposures of one pair.
     cameras : callable
         Puts the cameras into a pipeline; by default those of the devices, in tests nodes that play a recording.
     """
@@ -128,9 +129,13 @@ class OakSource:
     simulated = False
 
     def __init__(
-        self, settings: OakCamera, cameras: Callable[[dai.Pipeline, OakCamera], Cameras] = device_cameras
+        self,
+        settings: OakCamera,
+        in_step_us: float,
+        cameras: Callable[[dai.Pipeline, OakCamera], Cameras] = device_cameras,
     ) -> None:
         self._settings = settings
+        self._in_step_s = in_step_us / 1e6
         self._cameras = cameras
 
     def __enter__(self) -> Self:
@@ -148,8 +153,8 @@ class OakSource:
         except CameraError:
             self._close()
             raise
-        self._pairing = Pairing(self._settings.apart_max_us / 1e6, same_sequence=self._there.same_device)
-        self._heard_s = self._measured_s = time.monotonic()
+        self._pairing = Pairing(self._in_step_s, same_sequence=self._there.same_device)
+        self._measured_s = time.monotonic()
         self._temperature_c = math.nan
         return self
 
@@ -163,21 +168,11 @@ class OakSource:
             self._pipeline.wait()  # its threads must not outlive the interpreter
 
     def next(self, timeout_s: float) -> FramePair | None:
-        """Newest pair; None when none came in time.
-
-        Raises
-        ------
-        CameraError
-            A device is lost, has been silent for `SILENT_S`, or left and right are out of step for so long.
-        """
+        """Newest pair; None when none came in time, `CameraError` when a device is lost."""
         until_s = time.monotonic() + timeout_s
         while (pair := self._newest(until_s)) is None:
-            now_s = time.monotonic()
-            if now_s - self._heard_s > SILENT_S:
-                raise CameraError(self._complaint())
-            if now_s >= until_s:
+            if time.monotonic() >= until_s:
                 return None
-        self._heard_s = time.monotonic()
         self._measure_temperature()
         return replace(pair, temperature_c=self._temperature_c)
 
@@ -220,14 +215,6 @@ class OakSource:
             exposed_monotonic_s=exposed.total_seconds(),
             exposure_us=exposure_us or math.nan,
         )
-
-    def _complaint(self) -> str:
-        if time.monotonic() - self._pairing.newest_of_both_s < SILENT_S / 2:
-            return (
-                f"the OAK cameras send pictures, but none of the same exposure for {SILENT_S:g} s (now "
-                f"{1000 * self._pairing.apart_s:.1f} ms apart); check what synchronises them"
-            )
-        return f"the OAK cameras sent no pair for {SILENT_S:g} s; check cable and power"
 
     def _measure_temperature(self) -> None:
         now_s = time.monotonic()

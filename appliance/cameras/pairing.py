@@ -39,33 +39,30 @@ class Exposure(NamedTuple):
 class Pairing:
     """Pairs the pictures of two cameras; only the newest pair counts.
 
+    Sensors that count their exposures together are paired by number, others by the nearest moment. Pictures that are
+    too far apart are paired all the same, once no nearer partner can come: whether a pair is in step is judged by
+    who gets it.
+
     Parameters
     ----------
-    apart_max_s : float
-        Longest time between two exposures that count as one.
+    in_step_s : float
+        Pictures that are no further apart belong together at once.
     same_sequence : bool
-        Whether both cameras count their exposures together, as two sensors of one device do; equal numbers are
-        asked for then.
+        Whether both cameras count their exposures together, as two sensors of one device do.
 
     Attributes
     ----------
     dropped : int
         Exposures of the left camera, since the first pair, that gave no pair.
-    apart_s : float
-        Time between the newest pictures of both sides; NaN until both have given one.
-    newest_of_both_s : float
-        Moment (monotonic) of the newest exposure that both sides have reached; minus infinity before there is one.
     """
 
-    def __init__(self, apart_max_s: float, *, same_sequence: bool) -> None:
-        self._apart_max_s = apart_max_s
+    def __init__(self, in_step_s: float, *, same_sequence: bool) -> None:
+        self._in_step_s = in_step_s
         self._same_sequence = same_sequence
         self._waiting: tuple[deque[Exposure], deque[Exposure]] = (deque(maxlen=KEPT), deque(maxlen=KEPT))
         self._first: int | None = None
         self._last = -1
         self.dropped = 0
-        self.apart_s = math.nan
-        self.newest_of_both_s = -math.inf
 
     @property
     def behind(self) -> int:
@@ -76,22 +73,24 @@ class Pairing:
     def add(self, side: int, exposure: Exposure) -> None:
         """Take a picture of the left (0) or right (1) camera."""
         self._waiting[side].append(exposure)
-        if all(self._waiting):
-            left, right = (waiting[-1] for waiting in self._waiting)
-            self.apart_s = abs(left.exposed_monotonic_s - right.exposed_monotonic_s)
-            self.newest_of_both_s = min(left.exposed_monotonic_s, right.exposed_monotonic_s)
 
     def take(self) -> FramePair | None:
         """Newest pair that is complete, and forget all that is older; None without one."""
         for left in reversed(self._waiting[0]):
-            for right in reversed(self._waiting[1]):
-                if self._together(left, right):
-                    return self._pair(left, right)
+            right = self._same_number(left) if self._same_sequence else self._nearest(left)
+            if right is not None:
+                return self._pair(left, right)
         return None
 
-    def _together(self, left: Exposure, right: Exposure) -> bool:
-        apart_s = abs(left.exposed_monotonic_s - right.exposed_monotonic_s)
-        return apart_s <= self._apart_max_s and (not self._same_sequence or left.sequence == right.sequence)
+    def _same_number(self, left: Exposure) -> Exposure | None:
+        return next((right for right in self._waiting[1] if right.sequence == left.sequence), None)
+
+    def _nearest(self, left: Exposure) -> Exposure | None:
+        if not self._waiting[1]:
+            return None
+        nearest = min(self._waiting[1], key=lambda right: _apart_s(left, right))
+        known = self._waiting[1][-1].exposed_monotonic_s >= left.exposed_monotonic_s
+        return nearest if known or _apart_s(left, nearest) <= self._in_step_s else None
 
     def _pair(self, left: Exposure, right: Exposure) -> FramePair:
         for waiting, taken in zip(self._waiting, (left, right), strict=True):
@@ -113,3 +112,7 @@ class Pairing:
             exposure_us=left.exposure_us,
             dropped=self.dropped,
         )
+
+
+def _apart_s(left: Exposure, right: Exposure) -> float:
+    return abs(left.exposed_monotonic_s - right.exposed_monotonic_s)
