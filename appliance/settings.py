@@ -201,6 +201,35 @@ class LivenessSettings(_Section):
     )
 
 
+class ExposureSettings(_Section):
+    """How bright the bar's edges may be."""
+
+    clipped_max_percent: float = Field(
+        default=5.0,
+        ge=0,
+        le=100,
+        description="Share of an edge of the bar that may be overexposed",
+        json_schema_extra=_unit("%"),
+    )
+    light_min: float = Field(
+        default=0.1, ge=0, le=1, description="Least light of the bar beside its edges, over full scale"
+    )
+    after_s: float = Field(
+        default=10.0,
+        ge=0,
+        le=3600,
+        description="Time that this must last before it is a fault, or the exposure is changed",
+        json_schema_extra=_unit("s"),
+    )
+    control: bool = Field(default=False, description="Change the exposure of cameras that allow it, step by step")
+    shortest_us: float = Field(
+        default=50.0, ge=1, le=33000, description="Shortest exposure that control sets", json_schema_extra=_unit("µs")
+    )
+    longest_us: float = Field(
+        default=2000.0, ge=1, le=33000, description="Longest exposure that control sets", json_schema_extra=_unit("µs")
+    )
+
+
 class SizingSettings(_Section):
     """The sizing station."""
 
@@ -224,6 +253,14 @@ class SizingSettings(_Section):
         json_schema_extra=_unit("MB"),
     )
     liveness: LivenessSettings = Field(default_factory=LivenessSettings, description="When pictures are believed")
+    exposure: ExposureSettings = Field(default_factory=ExposureSettings, description="How bright edges may be")
+    camera_temperature_max_c: float = Field(
+        default=75.0,
+        ge=0,
+        le=120,
+        description="Temperature of a camera above which it is too hot",
+        json_schema_extra=_unit("°C"),
+    )
 
 
 class JudgingSettings(_Section):

@@ -177,7 +177,7 @@ class OakSource:
         return replace(pair, temperature_c=self._temperature_c)
 
     def set_exposure(self, exposure_us: float) -> None:
-        """Have the next pictures exposed for another time; where the cameras cannot, nothing happens."""
+        """Have the next pictures exposed for another time."""
         control = dai.CameraControl()
         control.setManualExposure(round(exposure_us), self._settings.sensitivity_iso)
         for queue in self._there.controls:

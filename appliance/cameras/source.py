@@ -1,7 +1,7 @@
 """The one protocol behind which every camera, recording and simulation stands."""
 
 from dataclasses import dataclass, field
-from typing import Protocol, Self
+from typing import Protocol, Self, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -127,6 +127,15 @@ class PairSource(Protocol):
         FramePair or None
             None when nothing came in time; a source that has come to its end raises `EndOfRecording`.
         """
+        ...
+
+
+@runtime_checkable
+class Adjustable(Protocol):
+    """A source whose cameras take a new exposure while they run."""
+
+    def set_exposure(self, exposure_us: float) -> None:
+        """Have the next pictures exposed for another time."""
         ...
 
 

@@ -15,8 +15,9 @@ import time
 from appliance.cameras.liveness import Exposure, Liveness, Verdict
 from appliance.cameras.mill import MillSource
 from appliance.cameras.recording import RecordingSource
-from appliance.cameras.source import CameraError, EndOfRecording, FramePair, PairSource
+from appliance.cameras.source import Adjustable, CameraError, EndOfRecording, FramePair, PairSource
 from appliance.cameras.stream import StreamSource
+from appliance.exposure import ExposureGuard
 from appliance.gauging import TimedGauge, mill_rig
 from appliance.rigs import RigError, load_rig
 from appliance.settings import MillCamera, OakCamera, RecordingCamera, SizingSettings, StreamCamera
@@ -80,6 +81,7 @@ def _measure(settings: SizingSettings, link: StationLink, closed: threading.Even
     gauge = _gauge(settings, source, link)
     with source:
         liveness = Liveness(settings.liveness, time.monotonic(), numbered=source.simulated)
+        guard = ExposureGuard(settings.exposure, adjustable=isinstance(source, Adjustable))
         while not closed.is_set():
             pair = source.next(PAIR_TIMEOUT_S)
             verdict = liveness.look(pair and Exposure.of(pair), time.monotonic())
@@ -90,7 +92,22 @@ def _measure(settings: SizingSettings, link: StationLink, closed: threading.Even
             message = to_message(
                 reading, pair, elapsed_ms, dropped=pair.dropped + link.dropped, simulated=source.simulated
             )
-            link.send(message.model_copy(update={"faults": verdict.faults}))
+            faults = verdict.faults | _exposure_faults(guard, reading, pair, source) | _heat(settings, pair)
+            link.send(message.model_copy(update={"faults": faults}))
+
+
+def _exposure_faults(guard: ExposureGuard, reading: SizeReading, pair: FramePair, source: PairSource) -> dict[str, str]:
+    """Adjust the exposure where that is possible, and tell what is wrong with it where it is not."""
+    advice = guard.look(reading.clipped_share, reading.limb_light, pair.exposure_us, time.monotonic())
+    if isinstance(source, Adjustable) and math.isfinite(advice.exposure_us):
+        source.set_exposure(advice.exposure_us)
+    return advice.faults
+
+
+def _heat(settings: SizingSettings, pair: FramePair) -> dict[str, str]:
+    if pair.temperature_c > settings.camera_temperature_max_c:  # not so when it is not known
+        return {"camera_hot": f"{pair.temperature_c:.0f} °C, {settings.camera_temperature_max_c:g} °C at most"}
+    return {}
 
 
 def _tell_lost(verdict: Verdict, link: StationLink) -> None:
