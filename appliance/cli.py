@@ -130,7 +130,8 @@ def _welcome(settings: Settings, port: int) -> list[str]:
     host = "127.0.0.1" if settings.plc.host in {"0.0.0.0", "::"} else settings.plc.host  # noqa: S104
     order = " -B" if settings.plc.word_order == "big" else ""
     camera = settings.sizing.camera
-    source = f"the recording {camera.path}" if isinstance(camera, RecordingCamera) else "the simulated mill"
+    sources = {"mill": "the simulated mill", "oak": "OAK cameras", "stream": "two streams"}
+    source = f"the recording {camera.path}" if isinstance(camera, RecordingCamera) else sources[camera.kind]
     lines = [
         f"Hotgauge measures {source} and serves Modbus TCP on {settings.plc.host}:{port}",
         f"  live values      hotgauge poll {host} --port {port}",

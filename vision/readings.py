@@ -106,6 +106,10 @@ class SizeReading:
         Position of the axis across the line (x), at y = 0.
     u_edge_mm, u_calibration_mm, u_board_mm, u_light_mm, u_shape_mm, u_model_mm : float
         Parts of the standard uncertainty (k = 1) of the diameter.
+    clipped_share : float
+        Largest share of a limb's points that is overexposed.
+    limb_light : float
+        Light of the bar beside its darkest limb, over full scale.
     method : str
         Route that gave `diameter_mm`.
     """
@@ -128,6 +132,8 @@ class SizeReading:
     u_shape_mm: float = math.nan
     u_model_mm: float = math.nan
     offset_mm: float = math.nan
+    clipped_share: float = math.nan
+    limb_light: float = math.nan
     method: str = "tangent"
 
     @property

@@ -12,17 +12,22 @@ import sys
 import threading
 import time
 
+from appliance.cameras.liveness import Exposure, Liveness, Verdict
 from appliance.cameras.mill import MillSource
 from appliance.cameras.recording import RecordingSource
-from appliance.cameras.source import CameraError, EndOfRecording, FramePair, PairSource
+from appliance.cameras.source import Adjustable, CameraError, EndOfRecording, FramePair, PairSource
+from appliance.cameras.stream import StreamSource
+from appliance.exposure import ExposureGuard
 from appliance.gauging import TimedGauge, mill_rig
 from appliance.rigs import RigError, load_rig
-from appliance.settings import RecordingCamera, SizingSettings
+from appliance.settings import MillCamera, OakCamera, RecordingCamera, SizingSettings, StreamCamera
+from appliance.stations.limits import EXIT_OUT_OF_MEMORY, limit_process
 from appliance.stations.link import ReadingMessage, StateMessage, StationLink
 from vision.readings import SizeReading
 
-PAIR_TIMEOUT_S = 1.0
+PAIR_TIMEOUT_S = 0.2
 PAUSE_S = 1.0
+REOPEN_AFTER_S = 5.0  # cameras whose pictures have not counted for so long are opened again
 LEAVE_TIME_S = 2.0
 
 
@@ -31,9 +36,13 @@ def main() -> None:
     connection = socket.socket(fileno=int(sys.argv[1]))
     with connection, connection.makefile("rb") as lines:
         settings = SizingSettings.model_validate_json(lines.readline())
+        limit_process(settings.memory_max_mb)
         closed = threading.Event()
         threading.Thread(target=_wait_for_close, args=(connection, closed), daemon=True).start()
-        run(settings, StationLink(connection), closed)
+        try:
+            run(settings, StationLink(connection), closed)
+        except MemoryError:
+            os._exit(EXIT_OUT_OF_MEMORY)  # tidying up needs memory too
 
 
 def _wait_for_close(connection: socket.socket, closed: threading.Event) -> None:
@@ -61,7 +70,7 @@ def run(settings: SizingSettings, link: StationLink, closed: threading.Event) ->
         except EndOfRecording as error:
             _stay_at_end(link, closed, str(error))
         except CameraError as error:
-            link.send(_fault("camera_lost", str(error)))
+            link.send(_fault(error.fault, str(error)))
         except RigError as error:
             link.send(_fault("rig_unusable", str(error)))
         closed.wait(PAUSE_S)
@@ -71,21 +80,63 @@ def _measure(settings: SizingSettings, link: StationLink, closed: threading.Even
     source = _source(settings)
     gauge = _gauge(settings, source, link)
     with source:
+        liveness = Liveness(settings.liveness, time.monotonic(), numbered=source.simulated)
+        guard = ExposureGuard(settings.exposure, adjustable=isinstance(source, Adjustable))
         while not closed.is_set():
             pair = source.next(PAIR_TIMEOUT_S)
-            if pair is None:
-                link.send(_fault("camera_lost", f"no picture for {PAIR_TIMEOUT_S:g} s; check the cameras"))
+            verdict = liveness.look(pair and Exposure.of(pair), time.monotonic())
+            if pair is None or not verdict.counts:
+                _tell_lost(verdict, link)
                 continue
             reading, elapsed_ms = gauge.measure(pair.left, pair.right)
-            dropped = pair.dropped + link.dropped
-            link.send(to_message(reading, pair, elapsed_ms, dropped=dropped, simulated=source.simulated))
+            message = to_message(
+                reading, pair, elapsed_ms, dropped=pair.dropped + link.dropped, simulated=source.simulated
+            )
+            faults = verdict.faults | _exposure_faults(guard, reading, pair, source) | _heat(settings, pair)
+            link.send(message.model_copy(update={"faults": faults}))
+
+
+def _exposure_faults(guard: ExposureGuard, reading: SizeReading, pair: FramePair, source: PairSource) -> dict[str, str]:
+    """Adjust the exposure where that is possible, and tell what is wrong with it where it is not."""
+    advice = guard.look(reading.clipped_share, reading.limb_light, pair.exposure_us, time.monotonic())
+    if isinstance(source, Adjustable) and math.isfinite(advice.exposure_us):
+        source.set_exposure(advice.exposure_us)
+    return advice.faults
+
+
+def _heat(settings: SizingSettings, pair: FramePair) -> dict[str, str]:
+    if pair.temperature_c > settings.camera_temperature_max_c:  # not so when it is not known
+        return {"camera_hot": f"{pair.temperature_c:.0f} °C, {settings.camera_temperature_max_c:g} °C at most"}
+    return {}
+
+
+def _tell_lost(verdict: Verdict, link: StationLink) -> None:
+    """Tell what is wrong with pictures that do not count; after a while raise it, and the source is opened again."""
+    for fault, detail in verdict.faults.items():
+        if verdict.lost_s > REOPEN_AFTER_S:
+            raise CameraError(detail, fault)
+        link.send(_fault(fault, detail))
 
 
 def _source(settings: SizingSettings) -> PairSource:
     camera = settings.camera
-    if isinstance(camera, RecordingCamera):
-        return RecordingSource(camera.path, rate_hz=camera.rate_hz, loop=camera.loop)
-    return MillSource(camera.seed, camera.rate_hz, camera.prepared_frames)
+    match camera:
+        case RecordingCamera():
+            return RecordingSource(camera.path, rate_hz=camera.rate_hz, loop=camera.loop)
+        case StreamCamera():
+            return StreamSource(camera, settings.liveness.apart_max_us)
+        case OakCamera():
+            return _oak_source(camera, settings.liveness.apart_max_us)
+        case MillCamera():
+            return MillSource(camera.seed, camera.rate_hz, camera.prepared_frames)
+
+
+def _oak_source(camera: OakCamera, in_step_us: float) -> PairSource:
+    try:
+        from appliance.cameras.oak import OakSource  # noqa: PLC0415  an extra that only those with such cameras have
+    except ImportError as error:
+        raise CameraError("depthai is not installed; install it with: pip install 'hotgauge[oak]'") from error
+    return OakSource(camera, in_step_us)
 
 
 def _gauge(settings: SizingSettings, source: PairSource, link: StationLink) -> TimedGauge:

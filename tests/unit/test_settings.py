@@ -56,8 +56,11 @@ def test_settings_survive_the_way_to_the_measuring_process(tmp_path):
         ('[plc]\nport = "a\\nb"', ('plc.port = "a\\nb"', "a whole number")),
         ("[zebra]\na = 1", ("zebra", "unknown key", "[plc], [sizing]")),
         ("[sizing]\nstale_after_ms = 99", ("sizing.stale_after_ms = 99", "from 100 to 10000 ms")),
-        ('[sizing.camera]\nkind = "oka"', ('sizing.camera.kind = "oka"', '"mill" or "recording"')),
-        ("[sizing.camera]\nrate_hz = 5", ("sizing.camera.kind", "missing", '"mill" or "recording"')),
+        ('[sizing.camera]\nkind = "oka"', ('sizing.camera.kind = "oka"', '"mill" or "oak" or "recording" or "stream"')),
+        (
+            "[sizing.camera]\nrate_hz = 5",
+            ("sizing.camera.kind", "missing", '"mill" or "oak" or "recording" or "stream"'),
+        ),
         ('[sizing.camera]\nkind = "recording"', ("sizing.camera.path", "missing", "a path")),
         ('[sizing.camera]\nkind = "mill"\nrate_hz = 0', ("sizing.camera.rate_hz = 0", "above 0 up to 60 1/s")),
         ('[sizing.camera]\nkind = "mill"\nrate_hz = nan', ("sizing.camera.rate_hz = nan", "above 0 up to 60")),
@@ -104,6 +107,7 @@ def test_every_setting_has_text_bounds_and_a_key_of_its_own():
         assert not row.key.endswith(("_ms", "_hz")) or row.unit
 
 
+REQUIRED = {"recording": 'path = "x"\n', "stream": 'left = "a"\nright = "b"\n'}
 NUMBERS = [row for row in table() if "number" in row.allowed]
 
 
@@ -111,8 +115,7 @@ NUMBERS = [row for row in table() if "number" in row.allowed]
 def test_the_bounds_in_the_table_are_the_bounds_that_hold(tmp_path, row):
     *_, lower, _, upper = row.allowed.removesuffix(row.unit).replace(" up ", " ").split()
     section, _, name = row.key.rpartition(".")
-    head = f"[{section}]\n" + (f'kind = "{row.kind}"\npath = "x"\n' if row.kind == "recording" else "")
-    head += 'kind = "mill"\n' if row.kind == "mill" else ""
+    head = f"[{section}]\n" + (f'kind = "{row.kind}"\n{REQUIRED.get(row.kind, "")}' if row.kind else "")
     load(written(tmp_path, f"{head}{name} = {upper}"))
     too_low = float(lower) if "above" in row.allowed else int(lower) - 1
     for outside in (int(upper) + 1, too_low):

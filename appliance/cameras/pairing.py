@@ -1,0 +1,118 @@
+"""Which left and which right picture belong to the same exposure."""
+
+import math
+from collections import deque
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from appliance.cameras.pacing import utc_ms
+from appliance.cameras.source import FramePair
+
+KEPT = 8  # pictures of a camera that wait for their partner; older ones have lost it
+
+
+class Exposure(NamedTuple):
+    """One picture of one camera.
+
+    Attributes
+    ----------
+    picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+    sequence : int
+        Number that the camera gave it.
+    device_us : int
+        The camera's own time stamp, µs.
+    exposed_monotonic_s : float
+        Moment of exposure on this machine's monotonic clock.
+    exposure_us : float
+        Exposure time; NaN where the camera cannot say.
+    """
+
+    picture: NDArray[np.uint8]
+    sequence: int
+    device_us: int
+    exposed_monotonic_s: float
+    exposure_us: float
+
+
+class Pairing:
+    """Pairs the pictures of two cameras; only the newest pair counts.
+
+    Sensors that count their exposures together are paired by number, others by the nearest moment. Pictures that are
+    too far apart are paired all the same, once no nearer partner can come: whether a pair is in step is judged by
+    who gets it.
+
+    Parameters
+    ----------
+    in_step_s : float
+        Pictures that are no further apart belong together at once.
+    same_sequence : bool
+        Whether both cameras count their exposures together, as two sensors of one device do.
+
+    Attributes
+    ----------
+    dropped : int
+        Exposures of the left camera, since the first pair, that gave no pair.
+    """
+
+    def __init__(self, in_step_s: float, *, same_sequence: bool) -> None:
+        self._in_step_s = in_step_s
+        self._same_sequence = same_sequence
+        self._waiting: tuple[deque[Exposure], deque[Exposure]] = (deque(maxlen=KEPT), deque(maxlen=KEPT))
+        self._first: int | None = None
+        self._last = -1
+        self.dropped = 0
+
+    @property
+    def behind(self) -> int:
+        """Side whose newest picture is the older one: 0 left, 1 right."""
+        left, right = (waiting[-1].exposed_monotonic_s if waiting else -math.inf for waiting in self._waiting)
+        return int(right < left)
+
+    def add(self, side: int, exposure: Exposure) -> None:
+        """Take a picture of the left (0) or right (1) camera."""
+        self._waiting[side].append(exposure)
+
+    def take(self) -> FramePair | None:
+        """Newest pair that is complete, and forget all that is older; None without one."""
+        for left in reversed(self._waiting[0]):
+            right = self._same_number(left) if self._same_sequence else self._nearest(left)
+            if right is not None:
+                return self._pair(left, right)
+        return None
+
+    def _same_number(self, left: Exposure) -> Exposure | None:
+        return next((right for right in self._waiting[1] if right.sequence == left.sequence), None)
+
+    def _nearest(self, left: Exposure) -> Exposure | None:
+        if not self._waiting[1]:
+            return None
+        nearest = min(self._waiting[1], key=lambda right: _apart_s(left, right))
+        known = self._waiting[1][-1].exposed_monotonic_s >= left.exposed_monotonic_s
+        return nearest if known or _apart_s(left, nearest) <= self._in_step_s else None
+
+    def _pair(self, left: Exposure, right: Exposure) -> FramePair:
+        for waiting, taken in zip(self._waiting, (left, right), strict=True):
+            while waiting.popleft() is not taken:
+                pass
+        if self._first is None:
+            self._first = left.sequence
+        number = left.sequence - self._first
+        self.dropped += number - self._last - 1
+        self._last = number
+        return FramePair(
+            left.picture,
+            right.picture,
+            sequence=number,
+            left_us=left.device_us,
+            right_us=right.device_us,
+            exposed_monotonic_s=left.exposed_monotonic_s,
+            exposed_utc_ms=utc_ms(left.exposed_monotonic_s),
+            exposure_us=left.exposure_us,
+            dropped=self.dropped,
+        )
+
+
+def _apart_s(left: Exposure, right: Exposure) -> float:
+    return abs(left.exposed_monotonic_s - right.exposed_monotonic_s)
