@@ -88,6 +88,7 @@ def test_a_service_that_hangs_is_ended_by_the_watchdog_and_is_back(booted, port)
 def test_a_killed_measuring_process_is_told_to_the_journal_with_its_fields_once_each_way(booted, port):
     main = booted.shows("MainPID")
     station = booted.run("pgrep", "-P", main).split()[0]
+    assert booted.run("cat", f"/proc/{station}/oom_score_adj").strip() == "500"
     booted.run("kill", "-KILL", station)
     wait_until(lambda: len(journal(booted, "HOTGAUGE_FAULT=401")) == 2, 20)
     came, went = journal(booted, "HOTGAUGE_FAULT=401")
