@@ -84,6 +84,6 @@ class ToldGauge:
 
 
 if __name__ == "__main__":
-    sizing._source = lambda _settings: ToldCamera()
+    sizing.source_of = lambda _settings: ToldCamera()
     sizing._gauge = lambda *_: ToldGauge()
     sizing.main()

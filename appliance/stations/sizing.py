@@ -77,7 +77,7 @@ def run(settings: SizingSettings, link: StationLink, closed: threading.Event) ->
 
 
 def _measure(settings: SizingSettings, link: StationLink, closed: threading.Event) -> None:
-    source = _source(settings)
+    source = source_of(settings)
     gauge = _gauge(settings, source, link)
     with source:
         liveness = Liveness(settings.liveness, time.monotonic(), numbered=source.simulated)
@@ -118,7 +118,8 @@ def _tell_lost(verdict: Verdict, link: StationLink) -> None:
         link.send(_fault(fault, detail))
 
 
-def _source(settings: SizingSettings) -> PairSource:
+def source_of(settings: SizingSettings) -> PairSource:
+    """The source of image pairs that the settings name, not opened yet."""
     camera = settings.camera
     match camera:
         case RecordingCamera():
