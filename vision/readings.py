@@ -134,3 +134,22 @@ class SizeReading:
     def valid(self) -> bool:
         """Whether the diameter may be used."""
         return math.isfinite(self.diameter_mm) and not self.reasons.forbids_value
+
+
+class IngotReason(enum.IntFlag):
+    """Reason flags of an ingot picture; the bit values stand in the PLC's `ingot_reason_word` and never change meaning.
+
+    The low 12 bits forbid an end, the high 4 only say how it was found.
+    """
+
+    NONE = 0
+    NOTHING_HOT = 1 << 0
+    HANGING = 1 << 1
+    OUTSIDE = 1 << 2
+    TOO_SMALL = 1 << 3
+    TOO_LARGE = 1 << 4
+    TILTED = 1 << 5
+    NO_CIRCLE = 1 << 6
+    GLARE_JOINED = 1 << 12
+    SEVERAL_ENDS = 1 << 13
+    OVEREXPOSED = 1 << 14
