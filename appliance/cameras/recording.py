@@ -1,9 +1,9 @@
 """Recorded image pairs: two folders of pictures or two video files, as a camera or one after the other."""
 
 import csv
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Protocol, Self
+from typing import Generic, Protocol, Self, TypeVar
 
 import cv2
 import numpy as np
@@ -20,6 +20,8 @@ VIDEO_SUFFIXES = (".mp4", ".avi", ".mkv")
 SIDES = ("left", "right")
 JPEG_END = b"\xff\xd9"
 PNG_END = b"IEND\xaeB`\x82"
+
+Recorded = TypeVar("Recorded")
 
 
 class Recording:
@@ -68,22 +70,67 @@ class Recording:
             return None
         number, pictures = pair
         for side, picture in zip(SIDES, pictures, strict=True):
-            self._check_size(number, side, picture)
+            self._shape = unchanged_size(self._shape, picture, self._frames.place(side, number))
         return number, *pictures
 
     def close(self) -> None:
         """Let go of the files."""
         self._frames.close()
 
-    def _check_size(self, number: int, side: str, picture: Picture) -> None:
-        shape = picture.shape[0], picture.shape[1]
-        self._shape = self._shape or shape
-        if shape != self._shape:
-            was, now = (f"{columns} x {rows}" for rows, columns in (self._shape, shape))
-            raise CameraError(
-                f"{self._frames.place(side, number)}: picture is {now} pixels where the recording's others are "
-                f"{was}; record both cameras with one unchanged size"
-            )
+
+def unchanged_size(shape: tuple[int, int] | None, picture: Picture, place: str) -> tuple[int, int]:
+    """Rows and columns of a picture; raises `CameraError` when they are not those that the recording's others have."""
+    now = picture.shape[0], picture.shape[1]
+    if shape not in {None, now}:
+        was_text, now_text = (f"{columns} x {rows}" for rows, columns in (shape or now, now))
+        raise CameraError(
+            f"{place}: picture is {now_text} pixels where the recording's others are {was_text}; "
+            "record with one unchanged size"
+        )
+    return now
+
+
+class Laps(Generic[Recorded]):
+    """A recording's frames by the number of their exposure, again and again when it loops.
+
+    Parameters
+    ----------
+    folder : Path
+        For the message at the end.
+    length : int
+        Number of frames.
+    read : callable
+        Frame at a position from 0; None after the end, which may come before `length`, as videos are described.
+    loop : bool
+        Start again at the end, else raise `EndOfRecording`.
+
+    Attributes
+    ----------
+    lap : int
+        Times that the recording has been started again.
+    """
+
+    def __init__(self, folder: Path, length: int, read: Callable[[int], Recorded | None], loop: bool) -> None:
+        self._folder = folder
+        self._length = length
+        self._read = read
+        self._loop = loop
+        self._start = 0
+        self.lap = 0
+
+    def frame(self, sequence: int) -> Recorded:
+        """Frame of an exposure, later than the last one asked for; raises `EndOfRecording`."""
+        frame = self._read(sequence - self._start)
+        if frame is None and self._loop:
+            # frames that nobody took count: a gauge that is slow sees later frames, not always the first
+            laps, position = divmod(sequence - self._start, max(1, self._length))
+            position = position if laps else 0
+            self.lap += max(1, laps)
+            self._start = sequence - position
+            frame = self._read(position)
+        if frame is None:
+            raise EndOfRecording(f"{self._folder}: the recording is over; play it again or let it loop")
+        return frame
 
 
 class RecordingSource:
@@ -110,8 +157,7 @@ class RecordingSource:
     def __enter__(self) -> Self:
         """Open the recording; raises `CameraError` like `Recording`, and for a `timestamps.csv` that is wrong."""
         self._recording = Recording(self._folder)
-        self._lap = 0
-        self._lap_start = 0
+        self._laps = Laps(self._folder, len(self._recording), self._recording.read, self._loop)
         self._stamps = _Stamps(self._folder, self._rate_hz)
         self._pacer = Pacer(self._rate_hz)
         return self
@@ -134,8 +180,8 @@ class RecordingSource:
         if due is None:
             return None
         sequence, moment_s = due
-        number, left, right = self._pair(sequence)
-        left_us, right_us = self._stamps.of(number, sequence, self._lap)
+        number, left, right = self._laps.frame(sequence)
+        left_us, right_us = self._stamps.of(number, sequence, self._laps.lap)
         return FramePair(
             left,
             right,
@@ -146,19 +192,6 @@ class RecordingSource:
             exposed_utc_ms=utc_ms(moment_s),
             dropped=self._pacer.dropped,
         )
-
-    def _pair(self, sequence: int) -> tuple[int, Picture, Picture]:
-        pair = self._recording.read(sequence - self._lap_start)
-        if pair is None and self._loop:
-            # pairs that nobody took count: a gauge that is slow sees later frames, not always the first
-            laps, position = divmod(sequence - self._lap_start, max(1, len(self._recording)))
-            position = position if laps else 0  # a video may be shorter than its header says
-            self._lap += max(1, laps)
-            self._lap_start = sequence - position
-            pair = self._recording.read(position)
-        if pair is None:
-            raise EndOfRecording(f"{self._folder}: the recording is over; play it again or let it loop")
-        return pair
 
 
 class _Stamps:
@@ -228,7 +261,7 @@ class _PictureFrames:
     """Pictures named by frame number in `left/` and `right/`."""
 
     def __init__(self, folder: Path) -> None:
-        left, right = (_numbered_pictures(folder / side) for side in SIDES)
+        left, right = (numbered_pictures(folder / side) for side in SIDES)
         if left.keys() != right.keys():
             alone = min(left.keys() ^ right.keys())
             raise CameraError(
@@ -255,7 +288,8 @@ class _PictureFrames:
         pass
 
 
-def _numbered_pictures(folder: Path) -> dict[int, Path]:
+def numbered_pictures(folder: Path) -> dict[int, Path]:
+    """Pictures of a folder by frame number; raises `CameraError` for names without a number and numbers twice."""
     paths = [path for path in folder.iterdir() if path.suffix.lower() in PICTURE_SUFFIXES]
     numbered: dict[int, Path] = {}
     for path in sorted(paths):

@@ -47,6 +47,37 @@ class FramePair:
     truth: dict[str, object] | None = field(default=None, compare=False)
 
 
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """One exposure of a single camera.
+
+    Attributes
+    ----------
+    picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        Grey, or blue-green-red as OpenCV has it.
+    sequence : int
+        Number that the source gave the exposure, from 0, +1 each; gaps are lost pictures.
+    exposed_monotonic_s : float
+        Moment of exposure on this machine's monotonic clock (`time.monotonic`).
+    exposed_utc_ms : int
+        The same moment for people, ms since 1970 UTC.
+    exposure_us : float
+        Exposure time; NaN where the source cannot say.
+    dropped : int
+        Pictures that the source had discarded, since it was opened, because a newer one was ready.
+    truth : dict or None
+        What a simulation knows about the scene (`state`, `label`, ...); never read by a gauge.
+    """
+
+    picture: NDArray[np.uint8]
+    sequence: int
+    exposed_monotonic_s: float
+    exposed_utc_ms: int
+    exposure_us: float = float("nan")
+    dropped: int = 0
+    truth: dict[str, object] | None = field(default=None, compare=False)
+
+
 class PairSource(Protocol):
     """A source of image pairs. Use it as a context manager: entering opens it, leaving closes it."""
 
@@ -77,6 +108,30 @@ class PairSource(Protocol):
         -------
         FramePair or None
             None when nothing came in time; a source that has come to its end raises `EndOfRecording`.
+        """
+        ...
+
+
+class PictureSource(Protocol):
+    """A source of single pictures. Use it as a context manager: entering opens it, leaving closes it."""
+
+    @property
+    def simulated(self) -> bool:
+        """Whether the pictures are not of a line that is there now (mill, recording)."""
+        ...
+
+    def __enter__(self) -> Self:
+        """Open the source; raises `CameraError`."""
+        ...
+
+    def __exit__(self, *_: object) -> None:
+        """Release everything; never raises."""
+        ...
+
+    def next(self, timeout_s: float) -> Frame | None:
+        """Newest picture not delivered yet, waited for at most `timeout_s`; None when none came in time.
+
+        Older ones are discarded and counted in `Frame.dropped`; a source at its end raises `EndOfRecording`.
         """
         ...
 
