@@ -17,6 +17,11 @@ from vision.readings import IngotReason
 Picture = NDArray[np.uint8]
 Mask = NDArray[np.uint8]
 
+MIN_REGION_PX = 100
+WIDE_RADIUS = (0.02, 0.11)  # of the picture's width
+AREA_SHARE = (3.2, 7.5)  # of an ingot's region, in squares of its end's radius
+BODY_WIDTH = 1.15  # half width of what belongs to an ingot, in radii of its end
+
 
 class Box(NamedTuple):
     """Upright rectangle in full-image pixels; holds columns x to x + width - 1."""
@@ -60,6 +65,17 @@ class EndLimits:
     warmth: int = 30
     length: float = 2.0
     arc: float = 0.6
+
+    @classmethod
+    def wide(cls, columns: int) -> "EndLimits":
+        """Limits for ends of any size that is worth looking at, in pictures of so many columns."""
+        radius_px = WIDE_RADIUS[0] * columns, WIDE_RADIUS[1] * columns
+        return cls(area_px=cls.area_of(radius_px), radius_px=radius_px)
+
+    @staticmethod
+    def area_of(radius_px: tuple[float, float]) -> tuple[float, float]:
+        """Areas of ingots that lie on the line, from the radii of their ends."""
+        return AREA_SHARE[0] * radius_px[0] ** 2, AREA_SHARE[1] * radius_px[1] ** 2
 
     def __post_init__(self) -> None:
         for name, (least, most) in (("area_px", self.area_px), ("radius_px", self.radius_px)):
@@ -198,7 +214,7 @@ class EndFinder:
         circle = vote_for_circle(warmth, hot, self._limits.radius_px)
         if circle is None:
             return None, why
-        around = _region_at(hot, circle)
+        around = _region_at(_beside(hot, circle), circle)
         if around is None:
             return None, why
         end, reason = self._checked(around, circle, warmth, "circle")
@@ -221,7 +237,7 @@ class EndFinder:
             return None, reason
         if not limits.radius_px[0] <= radius <= limits.radius_px[1]:
             return None, IngotReason.TOO_SMALL if radius < limits.radius_px[0] else IngotReason.TOO_LARGE
-        return End(x + crop.x, y + crop.y, radius, method), IngotReason.NONE
+        return End(float(x + crop.x), float(y + crop.y), float(radius), method), IngotReason.NONE
 
     def _misplaced(self, region: _Region, circle: Circle) -> IngotReason:
         limits, crop = self._limits, self._crop
@@ -253,15 +269,21 @@ def _connected(mask: Mask, hot: Mask) -> list[tuple[_Region, float]]:
     ]
 
 
-MIN_REGION_PX = 100
-
-
 def _described(labels: NDArray[np.int32], label: int, box: Box, centroid: NDArray[np.float64]) -> _Region:
     inside = labels[box.y : box.y + box.height, box.x : box.x + box.width] == label
     moments = cv2.moments(_mask(inside), binaryImage=True)
     axis_deg = 0.5 * np.degrees(np.arctan2(2 * moments["mu11"], moments["mu20"] - moments["mu02"]))
     tilt_deg = (axis_deg + 180) % 180 - 90  # from the vertical
     return _Region(box, moments["m00"], (float(centroid[0]), float(centroid[1])), float(tilt_deg))
+
+
+def _beside(hot: Mask, circle: Circle) -> Mask:
+    """Hot pixels above and around an end, without glare that lies beside or below."""
+    left, right = (max(0, round(circle.x + side * BODY_WIDTH * circle.radius)) for side in (-1, 1))
+    below = max(0, round(circle.y + BODY_WIDTH * circle.radius))
+    part = np.zeros_like(hot)
+    part[:below, left:right] = hot[:below, left:right]
+    return part
 
 
 def _region_at(hot: Mask, circle: Circle) -> _Region | None:
