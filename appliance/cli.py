@@ -22,6 +22,7 @@ from plc.registers import REGISTERS
 
 EXIT_TROUBLE = 2
 EXIT_INTERRUPTED = 130
+INGOTS = "ingots"  # and with a dash the scenes of ingots under a condition
 
 
 class CommandError(Exception):
@@ -222,7 +223,11 @@ def _progress(unit: str) -> Generator[Callable[[int, int], None]]:
 def _add_simulate(command: argparse.ArgumentParser) -> None:
     command.add_argument("--output", type=Path, required=True, metavar="DIR", help="new folder for the recording")
     command.add_argument(
-        "--scene", default="line", metavar="NAME", help="line (bars passing), thermal, or a condition such as clean"
+        "--scene",
+        default="line",
+        metavar="NAME",
+        help="line (bars passing), a condition such as clean, thermal, ingots, or a condition of ingots such as "
+        "ingots-glare",
     )
     command.add_argument(
         "--effect",
@@ -249,12 +254,16 @@ def _simulate(given: argparse.Namespace) -> None:
         with _progress("picture") as on_progress:
             if given.scene == "thermal":
                 _write_thermal(given)
+            elif given.scene.partition("-")[0] == INGOTS:
+                _write_ingots(given, on_progress)
             else:
                 _write_stereo(given, on_progress)
     except OutputError as error:
         raise CommandError(str(error)) from error
     print(f"{given.output}: {given.frames} frames of the scene {given.scene}, with truth")
-    if given.scene != "thermal":
+    if given.scene.partition("-")[0] == INGOTS:
+        print(f"  next: hotgauge orient {given.output}/seq01 --references {given.output} --output ends.jsonl")
+    elif given.scene != "thermal":
         print(f"  next: hotgauge calibrate {given.output} --output rig.json")
 
 
@@ -265,6 +274,20 @@ def _write_thermal(given: argparse.Namespace) -> None:
     if given.effect:
         raise CommandError("--effect: a thermal scene has none; leave it out")
     write_thermal_recording(given.output, random_thermal_line(given.seed), frames=given.frames)
+
+
+def _write_ingots(given: argparse.Namespace, on_progress: Callable[[int, int], None]) -> None:
+    from appliance.mill.ingot.conditions import INGOT_CONDITIONS
+    from appliance.mill.writer import write_ingots
+
+    if given.effect:
+        raise CommandError(f"--effect: a scene of ingots has none; give a condition as --scene {INGOTS}-glare")
+    names = [row.name for row in INGOT_CONDITIONS]
+    condition = given.scene.removeprefix(INGOTS).removeprefix("-") or names[0]
+    if condition not in names:
+        known = ", ".join(f"{INGOTS}-{name}" for name in names)
+        raise CommandError(f"--scene: no scene is called {given.scene!r}; scenes of ingots are {INGOTS}, {known}")
+    write_ingots(given.output, condition, given.seed, given.frames, on_progress=on_progress)
 
 
 def _write_stereo(given: argparse.Namespace, on_progress: Callable[[int, int], None]) -> None:
@@ -281,7 +304,8 @@ def _write_stereo(given: argparse.Namespace, on_progress: Callable[[int, int], N
             kind: ", ".join(row.name for row in CONDITIONS if row.kind == kind) for kind in ("condition", "effect")
         }
         raise CommandError(
-            f"{error}; scenes are line, thermal and the conditions {known['condition']}; effects are {known['effect']}"
+            f"{error}; scenes are line, thermal, ingots and the conditions {known['condition']}; "
+            f"effects are {known['effect']}"
         ) from error
 
 

@@ -14,9 +14,12 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from appliance.cameras.pacing import device_us, utc_ms
-from appliance.cameras.source import CameraError, FramePair
+from appliance.cameras.pacing import Pacer, device_us, utc_ms
+from appliance.cameras.source import CameraError, Frame, FramePair
 from appliance.mill.boards import Board, BoardCorners, observe
+from appliance.mill.ingot.conditions import ingot_line
+from appliance.mill.ingot.faces import Label
+from appliance.mill.ingot.sequence import IngotSequence
 from appliance.mill.renderer import slots_of
 from appliance.mill.rig import default_rig
 from appliance.mill.sensor import Response, Sensor
@@ -138,6 +141,62 @@ class MillSource:
     def observe_boards(self) -> BoardCorners:
         """Corners that a detector finds on this mill's boards, for the station's own calibration at start."""
         return observe(self._rig, np.random.default_rng([self._seed, DETECTOR_STREAM]), self.board)
+
+
+class IngotMillSource:
+    """Pictures of the simulated ingot line in real time; see `PictureSource`. They are drawn as they are asked for.
+
+    Parameters
+    ----------
+    seed : int
+        Line, ingots and noise; the same seed gives the same pictures, frame by frame.
+    rate_hz : float
+        Exposures per second; 0 delivers every frame as fast as it is asked for. Frames that nobody took in time are
+        left out and counted as dropped.
+    condition : str
+        Of `INGOT_CONDITIONS`; raises `ValueError` when it is not in the table.
+
+    Attributes
+    ----------
+    line : IngotLine
+        What is known of the line before: `roi_crop()`, `roi_centroid()`, `radius_px()`.
+    """
+
+    simulated = True
+
+    def __init__(self, seed: int, rate_hz: float, condition: str = "mixed") -> None:
+        self._rate_hz = rate_hz
+        self.line = ingot_line(seed, condition)
+
+    def __enter__(self) -> Self:
+        """Draw what stands still, then start the clock."""
+        self._sequence = IngotSequence(self.line)
+        self._pacer = Pacer(self._rate_hz)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Nothing is held open."""
+
+    def references(self) -> dict[Label, Picture]:
+        """Bottom squares of a top and a bottom that come in no picture; only while the source is open."""
+        return self._sequence.references
+
+    def next(self, timeout_s: float) -> Frame | None:
+        """Newest picture that is due, with its truth; None when none is due in time."""
+        due = self._pacer.take(timeout_s)
+        if due is None:
+            return None
+        number, moment_s = due
+        picture, truth = self._sequence.picture(number)
+        return Frame(
+            picture,
+            sequence=number,
+            exposed_monotonic_s=moment_s,
+            exposed_utc_ms=utc_ms(moment_s),
+            exposure_us=EXPOSURE_US,
+            dropped=self._pacer.dropped,
+            truth=dict(truth._asdict()),
+        )
 
 
 class _Renderer:

@@ -1,5 +1,7 @@
 """A recording of the simulated mill on disk: rig folder, pictures and truth, laid out for a stranger's use."""
 
+import csv
+import itertools
 import json
 import os
 import shutil
@@ -13,6 +15,8 @@ import numpy as np
 from appliance.mill.bars import bar_at, truth
 from appliance.mill.board_pictures import rig_folder_pictures
 from appliance.mill.boards import Board, board_document
+from appliance.mill.ingot.conditions import ingot_sequence
+from appliance.mill.ingot.truth import Truth
 from appliance.mill.rig import TrueRig, default_rig
 from appliance.mill.scene import Picture, Scene
 from appliance.mill.scenes import set_up
@@ -144,6 +148,56 @@ def write_thermal_recording(directory: Path, line: ThermalLine, *, empty: int = 
         for number, picture in enumerate(line.pictures(empty, frames)):
             (folder / f"{number:06}.png").write_bytes(cv2.imencode(".png", picture)[1].tobytes())
         _write_json(folder / "truth.json", thermal_truth(line, empty, frames))
+
+
+def write_ingots(
+    directory: Path,
+    condition: str,
+    seed: int,
+    frames: int,
+    *,
+    on_progress: Callable[[int, int], None] | None = None,
+) -> None:
+    """Write an ingot line as a recording of one camera, with its references; all of it or nothing.
+
+    `directory` then holds `top.png`, `bottom.png` and `roi.json`, for `hotgauge orient --references`, and `seq01/` with
+    the pictures (JPEG) and `truth.csv`.
+
+    Parameters
+    ----------
+    directory : Path
+        Missing or empty.
+    condition : str
+        Of `INGOT_CONDITIONS`.
+    seed : int
+        Line, ingots, patterns, times and noise.
+    frames : int
+        Number of pictures, the first of the endless line with this seed.
+    on_progress : callable
+        Called with the number of pictures written so far and their total.
+
+    Raises
+    ------
+    ValueError
+        `condition` is not in the table.
+    OutputError
+        `directory` is not empty or cannot be written.
+    """
+    sequence = ingot_sequence(seed, condition, ingots=None)
+    with _whole(directory) as folder:
+        for label, square in sequence.references.items():
+            (folder / f"{label}.png").write_bytes(cv2.imencode(".png", square)[1].tobytes())
+        _write_json(folder / "roi.json", sequence.line.document())
+        pictures = folder / "seq01"
+        pictures.mkdir()
+        with (pictures / "truth.csv").open("w", newline="", encoding="utf-8") as file:
+            table = csv.writer(file, lineterminator="\n")
+            table.writerow(Truth._fields)
+            for jpeg, told in itertools.islice(sequence.jpeg_frames, frames):
+                (pictures / f"{told.frame:06}.jpg").write_bytes(jpeg)
+                table.writerow(told)
+                if on_progress is not None:
+                    on_progress(told.frame + 1, frames)
 
 
 @contextmanager
