@@ -133,8 +133,8 @@ class IngotSettings(Section):
         default=None,
         description="Folder with top.png, bottom.png and perhaps roi.json; the simulated line can do without",
     )
-    classifier: Literal["combined", "dual", "single"] = Field(
-        default="combined", description="How one picture is judged; dual and single are those of the dissertation"
+    classifier: Literal["wrinkles", "dual", "single"] = Field(
+        default="wrinkles", description="How one picture is judged; dual and single are those of the dissertation"
     )
     crop: Box = Field(default=[], description="Part of the picture that is looked at; []: as roi.json says")
     centroid: Box = Field(

@@ -14,9 +14,9 @@ from vision.ingot.similarity import as_reference, end_image, similarity
 from vision.readings import IngotReason, OrientationReading
 
 Picture = NDArray[np.uint8]
-Classifier = Literal["combined", "dual", "single"]
+Classifier = Literal["wrinkles", "dual", "single"]
 
-CLASSIFIERS: tuple[Classifier, ...] = ("combined", "dual", "single")
+CLASSIFIERS: tuple[Classifier, ...] = ("wrinkles", "dual", "single")
 CLIPPED_CODE = 250
 CLIPPED_SHARE = 0.1  # of the end: from here the picture counts as overexposed
 LOG_ODDS_PER_SIMILARITY = 60.0  # of the source's classifiers, whose similarities differ by some 0.1
@@ -37,7 +37,7 @@ class OrientationReader:
     ----------
     finder : EndFinder
     references : References
-    classifier : {"combined", "dual", "single"}
+    classifier : {"wrinkles", "dual", "single"}
         "single" and "dual" are the source's.
 
     Raises
@@ -46,7 +46,7 @@ class OrientationReader:
         `classifier` is none of the three, or a reference has no picture's shape.
     """
 
-    def __init__(self, finder: EndFinder, references: References, classifier: Classifier = "combined") -> None:
+    def __init__(self, finder: EndFinder, references: References, classifier: Classifier = "wrinkles") -> None:
         if classifier not in CLASSIFIERS:
             raise ValueError(f"classifier is {classifier!r}; allowed are {', '.join(CLASSIFIERS)}")
         self._finder = finder
@@ -96,7 +96,7 @@ class OrientationReader:
             return single(ssim_top), LOG_ODDS_PER_SIMILARITY * (ssim_top - THRESHOLD)
         if self._classifier == "dual":
             return dual(ssim_top, ssim_bottom), LOG_ODDS_PER_SIMILARITY * (ssim_top - ssim_bottom)
-        log_odds = self._judge.log_odds(image, ssim_top, ssim_bottom)
+        log_odds = self._judge.log_odds(image)
         return "top" if log_odds > 0 else "bottom", log_odds
 
 
