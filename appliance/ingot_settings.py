@@ -110,17 +110,26 @@ class IngotDecisionSettings(Section):
         description="Accepted probability that a top is called a bottom",
         json_schema_extra=unit("%"),
     )
-    late_error: float = Field(
-        default=1.0,
+    late_false_alarm: float = Field(
+        default=2.0,
         gt=0,
         le=49,
-        description="The same, of both, for an ingot that is still undecided after late_frames",
+        description="As false_alarm, for an ingot that is still undecided after late_frames",
         json_schema_extra=unit("%"),
     )
-    late_frames: int = Field(default=20, ge=2, le=10000, description="Pictures after which late_error counts")
+    late_missed: float = Field(
+        default=20.0,
+        gt=0,
+        le=49,
+        description="As missed, for an ingot that is still undecided after late_frames",
+        json_schema_extra=unit("%"),
+    )
+    late_frames: int = Field(
+        default=15, ge=2, le=10000, description="Pictures after which the late probabilities count"
+    )
     least_frames: int = Field(default=3, ge=1, le=1000, description="Pictures before which nothing is decided")
     still: float = Field(
-        default=0.3, gt=0, le=2, description="Farthest way between two pictures of an ingot that lies, in radii"
+        default=0.2, gt=0, le=2, description="Farthest way between two pictures of an ingot that lies, in radii"
     )
     gone_frames: int = Field(default=5, ge=1, le=1000, description="Pictures without an end after which it is gone")
 

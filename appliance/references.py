@@ -125,7 +125,8 @@ def decision_rule(settings: IngotDecisionSettings) -> DecisionRule:
     return DecisionRule(
         false_alarm=settings.false_alarm / 100,
         missed=settings.missed / 100,
-        late_error=settings.late_error / 100,
+        late_false_alarm=settings.late_false_alarm / 100,
+        late_missed=settings.late_missed / 100,
         late_frames=settings.late_frames,
         least_frames=settings.least_frames,
         still=settings.still,

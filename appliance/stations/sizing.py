@@ -1,16 +1,10 @@
 """The measuring process of the sizing station: settings in, then source -> gauge -> link until the link closes.
 
-The supervisor runs it as `python -m appliance.stations.sizing DESCRIPTOR`; the descriptor is a connected socket
-whose first line holds the settings.
+The supervisor runs it as `python -m appliance.stations.sizing DESCRIPTOR`; see `appliance.stations.process`.
 """
 
-import contextlib
 import math
-import os
-import socket
-import sys
 import threading
-import time
 
 from appliance.cameras.mill import MillSource
 from appliance.cameras.recording import RecordingSource
@@ -19,30 +13,16 @@ from appliance.gauging import TimedGauge, mill_rig
 from appliance.rigs import RigError, load_rig
 from appliance.settings import RecordingCamera, SizingSettings
 from appliance.stations.link import ReadingMessage, StateMessage, StationLink
+from appliance.stations.process import fault, serve
 from vision.readings import SizeReading
 
 PAIR_TIMEOUT_S = 1.0
 PAUSE_S = 1.0
-LEAVE_TIME_S = 2.0
 
 
 def main() -> None:
     """Measure until the supervisor closes the link, or is gone."""
-    connection = socket.socket(fileno=int(sys.argv[1]))
-    with connection, connection.makefile("rb") as lines:
-        settings = SizingSettings.model_validate_json(lines.readline())
-        closed = threading.Event()
-        threading.Thread(target=_wait_for_close, args=(connection, closed), daemon=True).start()
-        run(settings, StationLink(connection), closed)
-
-
-def _wait_for_close(connection: socket.socket, closed: threading.Event) -> None:
-    with contextlib.suppress(ConnectionError):  # reset: the supervisor died with messages that it had not read
-        while connection.recv(1):
-            pass
-    closed.set()
-    time.sleep(LEAVE_TIME_S)
-    os._exit(1)  # still here: the loop hangs in a camera or in native code, and nobody listens any more
+    serve(SizingSettings, run)
 
 
 def run(settings: SizingSettings, link: StationLink, closed: threading.Event) -> None:
@@ -61,9 +41,9 @@ def run(settings: SizingSettings, link: StationLink, closed: threading.Event) ->
         except EndOfRecording as error:
             _stay_at_end(link, closed, str(error))
         except CameraError as error:
-            link.send(_fault("camera_lost", str(error)))
+            link.send(fault("camera_lost", str(error)))
         except RigError as error:
-            link.send(_fault("rig_unusable", str(error)))
+            link.send(fault("rig_unusable", str(error)))
         closed.wait(PAUSE_S)
 
 
@@ -74,7 +54,7 @@ def _measure(settings: SizingSettings, link: StationLink, closed: threading.Even
         while not closed.is_set():
             pair = source.next(PAIR_TIMEOUT_S)
             if pair is None:
-                link.send(_fault("camera_lost", f"no picture for {PAIR_TIMEOUT_S:g} s; check the cameras"))
+                link.send(fault("camera_lost", f"no picture for {PAIR_TIMEOUT_S:g} s; check the cameras"))
                 continue
             reading, elapsed_ms = gauge.measure(pair.left, pair.right)
             dropped = pair.dropped + link.dropped
@@ -99,11 +79,7 @@ def _gauge(settings: SizingSettings, source: PairSource, link: StationLink) -> T
 
 def _stay_at_end(link: StationLink, closed: threading.Event, detail: str) -> None:
     while not closed.wait(PAUSE_S):
-        link.send(_fault("recording_over", detail))
-
-
-def _fault(name: str, detail: str) -> StateMessage:
-    return StateMessage(state="faulty", fault=name, detail=detail)
+        link.send(fault("recording_over", detail))
 
 
 def to_message(

@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from vision.ingot.classifiers import Orientation
 from vision.readings import IngotReason, OrientationReading
 
+LIFT = 0.1  # of the radius: an end that has moved further up in the picture was lifted
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DecisionRule:
@@ -21,11 +23,13 @@ class DecisionRule:
         Accepted probability that a bottom is called a top.
     missed : float
         Accepted probability that a top is called a bottom.
-    late_error : float
-        The same, of both, for an ingot that is still undecided after `late_frames` pictures.
+    late_false_alarm, late_missed : float
+        The same for an ingot that is still undecided after `late_frames` pictures; to call it a bottom then costs no more
+        than to leave it undecided.
     late_frames : int
     correlation : float
-        rho, between the evidence of two pictures of one ingot.
+        rho, between the evidence of two pictures of one ingot. 0.8: on 300 simulated tops and 300 bottoms that it was not
+        fitted to, the mean evidence of an ingot was worth 1.2 times that of a picture.
     evidence_limit : float
         Most that one picture may say, in natural logarithms of odds.
     least_frames : int
@@ -38,16 +42,17 @@ class DecisionRule:
 
     false_alarm: float = 1e-4
     missed: float = 1e-3
-    late_error: float = 1e-2
-    late_frames: int = 20
-    correlation: float = 0.5
+    late_false_alarm: float = 0.02
+    late_missed: float = 0.2
+    late_frames: int = 15
+    correlation: float = 0.8
     evidence_limit: float = 10.0
     least_frames: int = 3
-    still: float = 0.3
+    still: float = 0.2
     gone_frames: int = 5
 
     def __post_init__(self) -> None:
-        for name in ("false_alarm", "missed", "late_error"):
+        for name in ("false_alarm", "missed", "late_false_alarm", "late_missed"):
             if not 0 < getattr(self, name) < 0.5:
                 raise ValueError(f"{name} must be above 0 and below 0.5, got {getattr(self, name)}")
         if not 0 <= self.correlation < 1:
@@ -57,13 +62,12 @@ class DecisionRule:
         """Orientation that the evidence of so many pictures allows to state."""
         if frames < self.least_frames:
             return "undecided"
-        top, bottom = math.log((1 - self.missed) / self.false_alarm), math.log(self.missed / (1 - self.false_alarm))
-        if frames >= self.late_frames:
-            late = math.log(1 / self.late_error - 1)
-            top, bottom = min(top, late), max(bottom, -late)
-        if evidence >= top:
+        late = frames >= self.late_frames
+        false_alarm = self.late_false_alarm if late else self.false_alarm
+        missed = self.late_missed if late else self.missed
+        if evidence >= math.log((1 - missed) / false_alarm):
             return "top"
-        return "bottom" if evidence <= bottom else "undecided"
+        return "bottom" if evidence <= math.log(missed / (1 - false_alarm)) else "undecided"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,9 +114,8 @@ class _Followed:
 class IngotFollower:
     """Turns readings of successive pictures into one decision per ingot.
 
-    An ingot counts as one as soon as its end has lain still, or moved no faster than the line, from one picture to the
-    next. What is read before, from an ingot that is being set down, does not count; neither do later pictures in which it
-    moves fast (leaving, or lifted again).
+    A picture counts when the end has lain still since the one before, or moved no faster than the line: not while an ingot
+    is set down, lifted, or leaves. It is an ingot as soon as `least_frames` pictures count.
 
     Parameters
     ----------
@@ -178,19 +181,24 @@ class IngotFollower:
         return self.end() if now.missing >= self._rule.gone_frames else []
 
     def _add(self, now: _Followed, frame: int, reading: OrientationReading) -> list[IngotDecision]:
-        still = _way(now.last, reading) <= self._rule.still * reading.radius * (1 + now.missing)
+        still = self._lies(now, reading)
         now.last, now.missing = reading, 0
         if not still:
             return []
-        if not now.number:
-            self._ingots += 1
-            now.number = self._ingots
         limit = self._rule.evidence_limit
         now.frames += 1
         now.log_odds += min(max(reading.log_odds, -limit), limit)
         now.ssim_top += reading.ssim_top
         now.ssim_bottom += reading.ssim_bottom
+        if not now.number and now.frames >= self._rule.least_frames:
+            self._ingots += 1
+            now.number = self._ingots
         return self._decide(now, frame)
+
+    def _lies(self, now: _Followed, reading: OrientationReading) -> bool:
+        """Whether it moved no faster than the line since it was last seen, and not upwards as only the crane moves it."""
+        longest = self._rule.still * reading.radius * (1 + now.missing)
+        return _way(now.last, reading) <= longest and reading.center_y > now.last.center_y - LIFT * reading.radius
 
     def _decide(self, now: _Followed, frame: int) -> list[IngotDecision]:
         if now.decided is not None or self._rule.decide(self._evidence(now), now.frames) == "undecided":

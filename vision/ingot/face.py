@@ -26,7 +26,7 @@ LEAST = 1e-3
 MEASURES = ("rim", "fine", "coarse", "coherence", "sparseness", "rim_evenness")
 RELATIVE = np.array([1, 1, 1, 0, 0, 0])  # to the mean of both references
 
-# Logistic regression on the simulated ingot line, seeds 10000 and up (`python -m studies.ingots fit`): of each measure
+# Logistic regression on the simulated ingot line, seeds 10000 and up (`python -m appliance.train_faces`): of each measure
 # the mean, the standard deviation and the weight in natural logarithms of odds; the constant.
 MEAN = np.array([-0.005249, 0.06682, 0.1652, 0.5798, 1.486, 1.362])
 DEVIATION = np.array([0.04204, 0.6401, 0.658, 0.1409, 0.7002, 1.342])
