@@ -26,6 +26,7 @@ class IngotPublication:
     ----------
     held : bool
         The PLC holds the gauge: nothing is served.
+    stale_after_ms : int
     simulated : bool
         Whether the pictures are of a simulated line or of a recording.
     """
@@ -33,7 +34,7 @@ class IngotPublication:
     def __init__(self, stale_after_ms: int) -> None:
         self.held = False
         self.simulated = False
-        self._stale_after_ms = stale_after_ms
+        self.stale_after_ms = stale_after_ms
         self._message: IngotMessage | None = None
         self._without = STARTING
         self._before = 0  # ingots of the processes that have ended
@@ -61,7 +62,7 @@ class IngotPublication:
 
     def stale(self, now_s: float) -> bool:
         """Whether there is a picture and it is too old to stand."""
-        return self._message is not None and _age_ms(self._message, now_s) > self._stale_after_ms
+        return self._message is not None and _age_ms(self._message, now_s) > self.stale_after_ms
 
     def wrong_orientation(self, now_s: float) -> bool:
         """Whether the ingot on the line was decided to show its top."""

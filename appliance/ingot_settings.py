@@ -37,6 +37,8 @@ class RecordedPictures(Section):
 
 
 IngotCamera = Annotated[NoCamera | MillPictures | RecordedPictures, Field(discriminator="kind")]
+
+
 def _unset_or_box(numbers: list[int]) -> list[int]:
     if numbers and (len(numbers) != 4 or min(numbers) < 0 or 0 in numbers[2:]):
         raise ValueError("not a box")
@@ -155,6 +157,13 @@ class IngotSettings(Section):
         le=60000,
         description="Age from which a picture says nothing any more",
         json_schema_extra=unit("ms"),
+    )
+    memory_max_mb: int = Field(
+        default=1024,
+        ge=256,
+        le=65536,
+        description="Memory of the station's process, above which it ends and is started again",
+        json_schema_extra=unit("MB"),
     )
     limits: IngotLimits = Field(default_factory=IngotLimits, description="Limits of algorithms 15 and 16")
     decision: IngotDecisionSettings = Field(

@@ -6,26 +6,33 @@ babbles, or a disk that is full, changes what is published, never whether someth
 
 import asyncio
 import contextlib
+import logging
 import time
 from collections.abc import Callable, Mapping
 
 from appliance.advisor import Advisor
 from appliance.alarms import Alarms
 from appliance.faults import DeviceState, Faults
+from appliance.ingot_side import INGOT, IngotSide, is_on
 from appliance.judging import Decision, SetPoints
 from appliance.kept import Kept, state_folder
 from appliance.publication import NO_PAIR, STARTING, Publication
 from appliance.recent import PerBar, ReadingRing
-from appliance.settings import Settings
-from appliance.stations.keeper import keep
+from appliance.selfcheck import SelfCheck
+from appliance.settings import Settings, SettingsError
+from appliance.stations.keeper import Health, Keeper
 from appliance.stations.link import Message, ReadingMessage, StateMessage
+from appliance.wall_clock import WallClock
 from plc.registers import Value, encode
 from plc.server import ModbusServer
 
 SWAP_PERIOD_S = 0.05  # half of the longest allowed, so that a late wake-up stays within it
 HEARTBEAT_PERIOD_S = 0.1
 SIZING_STATION = "appliance.stations.sizing"
-STATION_FAULTS = ("camera_lost", "recording_over", "rig_unusable", "station_down")
+SIZING = "sizing"
+PROOF_PERIOD_S = 0.5
+
+logger = logging.getLogger("hotgauge.supervisor")
 
 
 class StartRefusedError(Exception):
@@ -40,13 +47,13 @@ class Supervisor:
     settings : Settings
     """
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: Settings, *, wall: Callable[[], float] = time.time) -> None:
         self._settings = settings
         self._server = ModbusServer(
             settings.plc.host,
             settings.plc.port,
             writes=settings.plc.writes,
-            connections_max=settings.plc.connections_max,
+            connections_max=settings.plc.connections_max + 1,  # the self-check is one
             on_write=self._hear_plc,
         )
         self._publication = Publication(settings.sizing.stale_after_ms)
@@ -56,10 +63,16 @@ class Supervisor:
         self._faults = Faults()
         self._alarms = Alarms()
         self._kept = Kept(state_folder(settings.plc), self._report_disk)
+        self._keeper = Keeper(SIZING_STATION, settings.sizing.model_dump_json(), self._hear, self._hear_health)
+        self._ingots = (
+            IngotSide(settings.ingot, self._faults, self._tell, self._refuse) if is_on(settings.ingot) else None
+        )
+        self._silent = {SIZING, INGOT} if self._ingots else {SIZING}  # stations that have not spoken yet
+        self._clock = WallClock(wall)
         self._plc_beat_s: float | None = None
-        self._started_s = time.monotonic()
+        self._started_s = self._worked_s = time.monotonic()
         self._news = asyncio.Event()
-        self._serving = False
+        self._serving = asyncio.Event()
         self._stopping = False
         self._measuring = False
         self._simulated = False
@@ -70,13 +83,24 @@ class Supervisor:
         self._stopping = True
         self._news.set()
 
-    async def run(self, on_serving: Callable[[int], None]) -> None:
+    async def run(
+        self,
+        on_serving: Callable[[int], None],
+        on_proof: Callable[[str], None] = lambda _: None,
+        *,
+        refuses: bool = True,
+    ) -> None:
         """Measure and serve until `stop`.
 
         Parameters
         ----------
         on_serving : callable
-            Gets the TCP port as soon as the server answers on it.
+            Gets the TCP port as soon as the port answers.
+        on_proof : callable
+            Gets the state in words whenever the port has answered with a heartbeat that moves.
+        refuses : bool
+            Whether a fault of the measuring process at start is the end, as it should be for somebody who is looking;
+            else the port is served at once, and says what is wrong.
 
         Raises
         ------
@@ -85,7 +109,9 @@ class Supervisor:
         """
         self._kept.load()
         self._apply_written()
-        parts = (self._keep_station(), self._serve(on_serving), self._kept.keep())
+        parts = [self._keeper.keep(), self._serve(refuses), self._kept.keep(), self._prove(on_serving, on_proof)]
+        if self._ingots:
+            parts.append(self._ingots.keep())
         tasks = {asyncio.create_task(part) for part in parts}
         try:
             done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -98,19 +124,42 @@ class Supervisor:
             await self._server.stop()
             await self._kept.save()
 
-    async def _keep_station(self) -> None:
-        settings = self._settings.sizing.model_dump_json()
-        await keep(SIZING_STATION, settings, self._hear, self._lose_station)
+    async def reload(self, load: Callable[[], Settings]) -> None:
+        """Take new settings: the measuring process starts again with its own; others count after a restart.
 
-    async def _serve(self, on_serving: Callable[[int], None]) -> None:
-        await self._news.wait()  # the first message tells whether the settings can be used
+        Parameters
+        ----------
+        load : callable
+            Gives the settings, or raises `SettingsError`: then those that are in force stay.
+        """
+        try:
+            settings = await asyncio.to_thread(load)
+        except SettingsError as error:
+            self._faults.report("settings_unusable", active=True, detail=str(error))
+            return
+        self._faults.report("settings_unusable", active=False)
+        logger.info("settings are loaded again")
+        taken = {"sizing": settings.sizing}
+        if self._ingots and is_on(settings.ingot):
+            taken["ingot"] = settings.ingot
+        before, self._settings = self._settings, self._settings.model_copy(update=taken)
+        self._faults.report("restart_needed", active=settings != self._settings)
+        if settings.sizing != before.sizing:
+            self._publication.stale_after_ms = settings.sizing.stale_after_ms
+            self._keeper.renew(settings.sizing.model_dump_json())
+        if self._ingots and self._settings.ingot != before.ingot:
+            self._ingots.renew(settings.ingot)
+
+    async def _serve(self, refuses: bool) -> None:
+        while refuses and self._silent and not (self._refusal or self._stopping):
+            await self._news.wait()  # the first message of a station tells whether its settings can be used
+            self._news.clear()
         if self._stopping:
             return
-        if self._refusal:
+        if self._refusal and refuses:
             raise StartRefusedError(self._refusal)
         await self._start_server()
-        self._serving = True
-        on_serving(self._server.port)
+        self._serving.set()
         while not self._stopping:
             self._news.clear()
             self._publish()
@@ -128,19 +177,41 @@ class Supervisor:
                 f"cannot serve on {plc.host}:{plc.port}: {error.strerror}; stop what uses it or set plc.port"
             ) from error
 
+    async def _prove(self, on_serving: Callable[[int], None], on_proof: Callable[[str], None]) -> None:
+        """Ask the own port again and again; who watches the gauge hears only of answers that move on."""
+        await self._serving.wait()
+        check = SelfCheck(self._settings.plc.host, self._server.port)
+        before: int | None = None
+        try:
+            while True:
+                heartbeat = await check.heartbeat()
+                if before is None and heartbeat is not None:
+                    on_serving(self._server.port)
+                if heartbeat not in {None, before}:
+                    on_proof(self._status())
+                    before = heartbeat
+                await asyncio.sleep(PROOF_PERIOD_S)
+        finally:
+            check.close()
+
+    def _status(self) -> str:
+        if faults := sorted(self._faults.active):
+            return f"{'measuring' if self._measuring else 'no value'}; faults: {', '.join(faults)}"
+        return "measuring" if self._measuring else "the measuring process is starting"
+
     def _hear(self, message: Message) -> None:
         if isinstance(message, ReadingMessage):
             self._hear_reading(message)
         elif message.state == "faulty":
             self._hear_fault(message)
-        self._news.set()
+        self._tell(SIZING)
 
     def _hear_reading(self, reading: ReadingMessage) -> None:
         self._publication.take(reading)
         self._measuring = True
         self._simulated = reading.simulated
-        self._report_station_fault(None)
-        now_s = time.monotonic()
+        self._faults.report_station(SIZING, reading.faults)
+        now_s = self._worked_s = time.monotonic()
         standing = self._publication.standing(now_s)
         if standing is not None:
             self._bars.take(standing)
@@ -148,24 +219,33 @@ class Supervisor:
 
     def _hear_fault(self, message: StateMessage) -> None:
         self._stop_measuring(NO_PAIR)
-        if self._serving:
-            self._report_station_fault(message.fault, message.detail)
-        else:
-            self._refusal = message.detail
+        self._worked_s = time.monotonic()
+        self._faults.report_station(SIZING, {message.fault: message.detail})
+        self._refuse(message.detail)
 
-    def _lose_station(self, reason: str) -> None:
-        self._stop_measuring(STARTING)
-        self._report_station_fault("station_down", reason)
+    def _refuse(self, detail: str) -> None:
+        if not self._serving.is_set():
+            self._refusal = detail
+
+    def _tell(self, station: str) -> None:
+        """Have published what a station has said."""
+        self._silent.discard(station)
         self._news.set()
+
+    def _hear_health(self, health: Health) -> None:
+        if health.ended:
+            self._stop_measuring(STARTING)
+            self._worked_s = time.monotonic()
+            self._faults.report_station(SIZING, {})
+        for state in ("restarting", "failing"):
+            name, active = f"station_{state}", health.state == state
+            self._faults.report(name, active=active, detail=health.detail, station=SIZING)
+        self._tell(SIZING)
 
     def _stop_measuring(self, reason: int) -> None:
         self._publication.withdraw(reason)
         self._bars.end()
         self._measuring = False
-
-    def _report_station_fault(self, fault: str | None, detail: str = "") -> None:
-        for name in STATION_FAULTS:
-            self._faults.report(name, active=name == fault, detail=detail)
 
     def _report_disk(self, fault: str, detail: str) -> None:
         self._faults.report(fault, active=bool(detail), detail=detail)
@@ -176,6 +256,7 @@ class Supervisor:
             self._plc_beat_s = time.monotonic()
         if changed.get("acknowledge"):
             self._alarms.acknowledge()
+            self._faults.acknowledge()
         if set(changed) != {"plc_heartbeat"}:
             self._apply_written()
             self._news.set()
@@ -183,18 +264,30 @@ class Supervisor:
     def _apply_written(self) -> None:
         self._advisor.points = SetPoints.of(self._kept.written)
         self._publication.held = bool(self._kept.written.get("hold"))
+        if self._ingots:
+            self._ingots.publication.held = self._publication.held
+        self._faults.product = self._kept.written.get("product_id", 0)
 
     def _publish(self) -> None:
         now_s = time.monotonic()
         stale = self._publication.stale(now_s)
-        self._faults.report("reading_stale", active=stale)
+        self._faults.report("reading_stale", active=stale, station=SIZING)
+        self._faults.report("not_measuring", active=self._is_idle(now_s), station=SIZING)
+        self._faults.report("clock_stepped", active=self._clock.was_set(now_s))
         if self._publication.held:
             self._bars.end()
         values = self._measurements(now_s) | self._bars.values() | self._ring.values()
+        if self._ingots:
+            values |= self._ingots.values(now_s)
         causes = self._faults.active | self._conditions(values, now_s)
         self._alarms.update(causes, now_s, suppressed=self._publication.held)
         values |= self._health(now_s, running=self._measuring and not stale)
         self._server.publish(encode(values, word_order=self._settings.plc.word_order))
+
+    def _is_idle(self, now_s: float) -> bool:
+        """Whether the process runs and says nothing that explains why there is no reading."""
+        explained = self._faults.active_at(SIZING) - {"not_measuring"}
+        return not explained and now_s - self._worked_s > self._settings.sizing.liveness.idle_after_s
 
     def _measurements(self, now_s: float) -> dict[str, Value]:
         return self._publication.values(now_s) | self._advisor.values(self._publication.standing(now_s), now_s)
@@ -203,6 +296,7 @@ class Supervisor:
         """Causes of alarms that are no faults of the gauge."""
         silent_after_s = self._settings.plc.silent_after_s
         there = {
+            "wrong_orientation": bool(self._ingots and self._ingots.publication.wrong_orientation(now_s)),
             "out_of_tolerance": values.get("decision") == Decision.OUT,
             "low_trust": self._advisor.low_trust(values),
             "plc_silent": self._plc_beat_s is not None and now_s - self._plc_beat_s > silent_after_s,
@@ -210,11 +304,13 @@ class Supervisor:
         return {condition for condition, is_there in there.items() if is_there}
 
     def _health(self, now_s: float, *, running: bool) -> dict[str, Value]:
-        check = self._simulated or self._publication.held or not running
+        simulated = self._simulated or bool(self._ingots and self._ingots.publication.simulated)
+        check = simulated or self._publication.held or not running
         return {
             "heartbeat": int((now_s - self._started_s) / HEARTBEAT_PERIOD_S),
             "device_state": max(self._faults.state, DeviceState.FUNCTION_CHECK if check else DeviceState.GOOD),
             "alarm_word": self._alarms.word,
+            "fault_word": self._faults.word,
             "running": running,
-            "simulated": self._simulated,
+            "simulated": simulated,
         }

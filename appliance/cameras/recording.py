@@ -158,6 +158,7 @@ class RecordingSource:
         """Open the recording; raises `CameraError` like `Recording`, and for a `timestamps.csv` that is wrong."""
         self._recording = Recording(self._folder)
         self._laps = Laps(self._folder, len(self._recording), self._recording.read, self._loop)
+        self._last: int | None = None
         self._stamps = _Stamps(self._folder, self._rate_hz)
         self._pacer = Pacer(self._rate_hz)
         return self
@@ -182,6 +183,7 @@ class RecordingSource:
         sequence, moment_s = due
         number, left, right = self._laps.frame(sequence)
         left_us, right_us = self._stamps.of(number, sequence, self._laps.lap)
+        repeated, self._last = number == self._last, number
         return FramePair(
             left,
             right,
@@ -191,6 +193,7 @@ class RecordingSource:
             exposed_monotonic_s=moment_s,
             exposed_utc_ms=utc_ms(moment_s),
             dropped=self._pacer.dropped,
+            repeated=repeated,
         )
 
 

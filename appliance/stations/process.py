@@ -12,13 +12,14 @@ import time
 from collections.abc import Callable
 from typing import TypeVar
 
-from pydantic import BaseModel
-
+from appliance.ingot_settings import IngotSettings
+from appliance.settings import SizingSettings
+from appliance.stations.limits import EXIT_OUT_OF_MEMORY, limit_process
 from appliance.stations.link import StateMessage, StationLink
 
 LEAVE_TIME_S = 2.0
 
-SettingsT = TypeVar("SettingsT", bound=BaseModel)
+SettingsT = TypeVar("SettingsT", SizingSettings, IngotSettings)
 
 
 def serve(settings_type: type[SettingsT], run: Callable[[SettingsT, StationLink, threading.Event], None]) -> None:
@@ -34,9 +35,13 @@ def serve(settings_type: type[SettingsT], run: Callable[[SettingsT, StationLink,
     connection = socket.socket(fileno=int(sys.argv[1]))
     with connection, connection.makefile("rb") as lines:
         settings = settings_type.model_validate_json(lines.readline())
+        limit_process(settings.memory_max_mb)
         closed = threading.Event()
         threading.Thread(target=_wait_for_close, args=(connection, closed), daemon=True).start()
-        run(settings, StationLink(connection), closed)
+        try:
+            run(settings, StationLink(connection), closed)
+        except MemoryError:
+            os._exit(EXIT_OUT_OF_MEMORY)  # tidying up needs memory too
 
 
 def _wait_for_close(connection: socket.socket, closed: threading.Event) -> None:

@@ -5,7 +5,9 @@ The supervisor runs it as `python -m appliance.stations.sizing DESCRIPTOR`; see 
 
 import math
 import threading
+import time
 
+from appliance.cameras.liveness import Exposure, Liveness, Verdict
 from appliance.cameras.mill import MillSource
 from appliance.cameras.recording import RecordingSource
 from appliance.cameras.source import CameraError, EndOfRecording, FramePair, PairSource
@@ -16,8 +18,9 @@ from appliance.stations.link import ReadingMessage, StateMessage, StationLink
 from appliance.stations.process import fault, serve
 from vision.readings import SizeReading
 
-PAIR_TIMEOUT_S = 1.0
+PAIR_TIMEOUT_S = 0.2
 PAUSE_S = 1.0
+REOPEN_AFTER_S = 5.0  # cameras whose pictures have not counted for so long are opened again
 
 
 def main() -> None:
@@ -41,27 +44,40 @@ def run(settings: SizingSettings, link: StationLink, closed: threading.Event) ->
         except EndOfRecording as error:
             _stay_at_end(link, closed, str(error))
         except CameraError as error:
-            link.send(fault("camera_lost", str(error)))
+            link.send(fault(error.fault, str(error)))
         except RigError as error:
             link.send(fault("rig_unusable", str(error)))
         closed.wait(PAUSE_S)
 
 
 def _measure(settings: SizingSettings, link: StationLink, closed: threading.Event) -> None:
-    source = _source(settings)
+    source = source_of(settings)
     gauge = _gauge(settings, source, link)
     with source:
+        liveness = Liveness(settings.liveness, time.monotonic(), numbered=source.simulated)
         while not closed.is_set():
             pair = source.next(PAIR_TIMEOUT_S)
-            if pair is None:
-                link.send(fault("camera_lost", f"no picture for {PAIR_TIMEOUT_S:g} s; check the cameras"))
+            verdict = liveness.look(pair and Exposure.of(pair), time.monotonic())
+            if pair is None or not verdict.counts:
+                _tell_lost(verdict, link)
                 continue
             reading, elapsed_ms = gauge.measure(pair.left, pair.right)
-            dropped = pair.dropped + link.dropped
-            link.send(to_message(reading, pair, elapsed_ms, dropped=dropped, simulated=source.simulated))
+            message = to_message(
+                reading, pair, elapsed_ms, dropped=pair.dropped + link.dropped, simulated=source.simulated
+            )
+            link.send(message.model_copy(update={"faults": verdict.faults}))
 
 
-def _source(settings: SizingSettings) -> PairSource:
+def _tell_lost(verdict: Verdict, link: StationLink) -> None:
+    """Tell what is wrong with pictures that do not count; after a while raise it, and the source is opened again."""
+    for name, detail in verdict.faults.items():
+        if verdict.lost_s > REOPEN_AFTER_S:
+            raise CameraError(detail, name)
+        link.send(fault(name, detail))
+
+
+def source_of(settings: SizingSettings) -> PairSource:
+    """The source of image pairs that the settings name, not opened yet."""
     camera = settings.camera
     if isinstance(camera, RecordingCamera):
         return RecordingSource(camera.path, rate_hz=camera.rate_hz, loop=camera.loop)

@@ -27,9 +27,7 @@ class Circle(NamedTuple):
     radius: float
 
 
-def vote_for_circle(
-    warmth: NDArray[np.uint8], hot: NDArray[np.uint8], radius_px: tuple[float, float]
-) -> Circle | None:
+def vote_for_circle(warmth: NDArray[np.uint8], hot: NDArray[np.uint8], radius_px: tuple[float, float]) -> Circle | None:
     """Hough transform of lower edges: each votes for centres along its gradient, then for the radius (algorithm 16).
 
     Parameters
