@@ -1,4 +1,4 @@
-"""What the ingot station puts into the registers: the ingot on the line, and the last ingots for PLCs that read slowly."""
+"""What the ingot station puts into the registers: the ingot on the line, and the last ingots for slow PLCs."""
 
 from appliance.stations.link import IngotMessage, IngotVerdict
 from plc.registers import Value

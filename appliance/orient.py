@@ -1,4 +1,4 @@
-"""Reads a recording of the ingot line frame by frame and writes what it found, frames and ingots, as JSON lines or CSV."""
+"""Reads a recording of the ingot line and writes what it found, frames and ingots, as JSON lines or CSV."""
 
 import csv
 import json

@@ -128,8 +128,8 @@ class IngotMessage(_Message):
     current : IngotVerdict or None
         What is known of the ingot on the line.
     told : tuple of IngotVerdict
-        The last ingots that were decided or left undecided, oldest first; the same ones come again, so that none is lost
-        with a message.
+        The last ingots that were decided or left undecided, oldest first; the same ones come again, so that none is
+        lost with a message.
     """
 
     kind: Literal["ingot"] = "ingot"

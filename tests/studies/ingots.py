@@ -1,5 +1,6 @@
-"""Which end of an ingot faces the line: simulated lines that each draw their own camera, light, ingots, and recordings."""
+"""Which end of an ingot faces the line: simulated lines, each with its own camera and light, and recordings."""
 
+import math
 import os
 import statistics
 from pathlib import Path
@@ -12,8 +13,8 @@ TEXT = (
     "Simulated ingot lines at 960 x 540, one ingot each (two where two are in view), and the four recorded sequences. "
     "Frames count while an ingot is placed and its whole end lies in the crop region."
 )
-MIXED = 240
-OTHERS = 8
+MIXED = 200
+OTHERS = 4
 CONDITIONS = (
     "clean", "glare", "overexposed", "drift", "camera-moved", "exposure-changed", "two", "hanging-only", "empty",
     "glare-alone",
@@ -56,7 +57,7 @@ def _classifier(rows, name):
             counts[verdict.replace(" ", "_")] = counts.get(verdict.replace(" ", "_"), 0) + count
     confusion = Confusion(**counts)
     rates = {"accuracy": confusion.accuracy, "precision": confusion.precision("top"), "recall": confusion.recall("top")}
-    return counts | {key: round(value, 4) if value == value else None for key, value in rates.items()}
+    return counts | {key: None if math.isnan(value) else round(value, 4) for key, value in rates.items()}
 
 
 def _ingots(rows):

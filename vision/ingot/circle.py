@@ -1,4 +1,4 @@
-"""The circle of an ingot's end: a vote of edge points (algorithm 16), and a fit to its lower arc to a fraction of a pixel.
+"""The circle of an ingot's end: a vote of edge points (algorithm 16), and a sub-pixel fit to its lower arc.
 
 Only the lower half of the end stands out from the line; above it lies the ingot's own body.
 """

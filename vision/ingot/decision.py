@@ -24,12 +24,12 @@ class DecisionRule:
     missed : float
         Accepted probability that a top is called a bottom.
     late_false_alarm, late_missed : float
-        The same for an ingot that is still undecided after `late_frames` pictures; to call it a bottom then costs no more
-        than to leave it undecided.
+        The same for an ingot that is still undecided after `late_frames` pictures; to call it a bottom then costs no
+        more than to leave it undecided.
     late_frames : int
     correlation : float
-        rho, between the evidence of two pictures of one ingot. 0.8: on 300 simulated tops and 300 bottoms that it was not
-        fitted to, the mean evidence of an ingot was worth 1.2 times that of a picture.
+        rho, between the evidence of two pictures of one ingot. 0.8: on 300 simulated tops and 300 bottoms that the
+        evidence was not fitted to, the mean evidence of an ingot was worth 1.2 times that of a picture.
     evidence_limit : float
         Most that one picture may say, in natural logarithms of odds.
     least_frames : int
@@ -114,8 +114,8 @@ class _Followed:
 class IngotFollower:
     """Turns readings of successive pictures into one decision per ingot.
 
-    A picture counts when the end has lain still since the one before, or moved no faster than the line: not while an ingot
-    is set down, lifted, or leaves. It is an ingot as soon as `least_frames` pictures count.
+    A picture counts when the end has lain still since the one before, or moved no faster than the line: not while an
+    ingot is set down, lifted, or leaves. It is an ingot as soon as `least_frames` pictures count.
 
     Parameters
     ----------
@@ -196,7 +196,7 @@ class IngotFollower:
         return self._decide(now, frame)
 
     def _lies(self, now: _Followed, reading: OrientationReading) -> bool:
-        """Whether it moved no faster than the line since it was last seen, and not upwards as only the crane moves it."""
+        """Whether it moved no faster than the line since it was last seen, and not up, as only the crane moves it."""
         longest = self._rule.still * reading.radius * (1 + now.missing)
         return _way(now.last, reading) <= longest and reading.center_y > now.last.center_y - LIFT * reading.radius
 

@@ -1,7 +1,7 @@
 """Finds the round end of the ingot that lies on the line, in one picture: algorithms 15 and 16.
 
-Hot steel is bright in red and weak in blue, lamps and their glare are white: red finds regions (algorithm 15), red minus
-blue says which of their pixels are hot. The circle is then drawn to the edge between hot and not hot.
+Hot steel is bright in red and weak in blue, lamps and their glare are white: red finds regions (algorithm 15), red
+minus blue says which of their pixels are hot. The circle is then drawn to the edge between hot and not hot.
 """
 
 from dataclasses import dataclass
@@ -102,7 +102,7 @@ class End:
 
 @dataclass(frozen=True, slots=True)
 class _Region:
-    """A connected region of the crop: its box (in crop pixels), area, centroid, angle of the long axis from vertical."""
+    """A connected region of the crop, in its pixels: box, area, centroid, angle of the long axis from the vertical."""
 
     box: Box
     area_px: float
@@ -154,8 +154,8 @@ class EndFinder:
         End or None
             None when there is none, or none on the line.
         IngotReason
-            Without an end, why: `NOTHING_HOT` (no hot region), `HANGING` (cut by the crop's upper side, or longer than an
-            ingot that lies), `OUTSIDE` (centroid elsewhere, or cut by another side), `TOO_SMALL`, `TOO_LARGE`,
+            Without an end, why: `NOTHING_HOT` (no hot region), `HANGING` (cut by the crop's upper side, or longer than
+            an ingot that lies), `OUTSIDE` (centroid elsewhere, or cut by another side), `TOO_SMALL`, `TOO_LARGE`,
             `TILTED`, `NO_CIRCLE` (its lower edge is no arc). With one: `GLARE_JOINED` (algorithm 16 was needed) and
             `SEVERAL_ENDS` (the largest is taken), or none.
 

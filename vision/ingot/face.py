@@ -1,8 +1,8 @@
 """Wrinkles instead of brightness: what a top has and a bottom has not, and the odds of one against the other.
 
-A top has a smooth rim around skin that is wrinkled all over; a bottom is smooth, or has single flakes and scratches. All
-measures are taken on the logarithm of the grey values, so that a change of light cancels; slow changes over the face
-are taken out first. Measures that depend on the camera are compared with those of the references.
+A top has a smooth rim around skin that is wrinkled all over; a bottom is smooth, or has single flakes and scratches.
+All measures are taken on the logarithm of the grey values, so that a change of light cancels; slow changes over the
+face are taken out first. Measures that depend on the camera are compared with those of the references.
 """
 
 import cv2
@@ -26,12 +26,12 @@ LEAST = 1e-3
 MEASURES = ("rim", "fine", "coarse", "coherence", "sparseness", "rim_evenness")
 RELATIVE = np.array([1, 1, 1, 0, 0, 0])  # to the mean of both references
 
-# Logistic regression on the simulated ingot line, seeds 10000 and up (`python -m appliance.train_faces`): of each measure
-# the mean, the standard deviation and the weight in natural logarithms of odds; the constant.
-MEAN = np.array([-0.005249, 0.06682, 0.1652, 0.5798, 1.486, 1.362])
-DEVIATION = np.array([0.04204, 0.6401, 0.658, 0.1409, 0.7002, 1.342])
-WEIGHT = np.array([1.611, 3.886, -3.889, 3.16, -5.463, 2.42])
-CONSTANT = 0.4818
+# Logistic regression on the simulated ingot line, seeds 10000 and up (`python -m appliance.train_faces`): of each
+# measure the mean, the standard deviation and the weight in natural logarithms of odds; the constant.
+MEAN = np.array([-0.005408, 0.07262, 0.1583, 0.5769, 1.478, 1.332])
+DEVIATION = np.array([0.04181, 0.6474, 0.658, 0.1412, 0.695, 1.318])
+WEIGHT = np.array([1.415, 3.924, -3.664, 3.071, -5.211, 2.172])
+CONSTANT = 0.5473
 LARGEST = 3.0  # deviations from the mean: beyond, a measure says no more
 
 _across = (np.arange(SIZE) - (SIZE - 1) / 2) / (SIZE / 2)
@@ -59,8 +59,8 @@ def measures(image: NDArray[np.uint8]) -> Array:
     Returns
     -------
     ndarray of float64, shape (6,)
-        In the order of `MEASURES`: `rim`, step from the face to the rim (lower quartile over the directions); `fine` and
-        `coarse`, logarithm of the strength of wrinkles of two widths; `coherence` of their direction, 0 to 1;
+        In the order of `MEASURES`: `rim`, step from the face to the rim (lower quartile over the directions); `fine`
+        and `coarse`, logarithm of the strength of wrinkles of two widths; `coherence` of their direction, 0 to 1;
         `sparseness`, logarithm of the kurtosis, large for single flakes; `rim_evenness`, mean step over its spread.
     """
     light = np.log(image.astype(np.float32) + np.float32(DARK_CODE))
