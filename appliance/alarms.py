@@ -97,7 +97,7 @@ ALARMS: tuple[AlarmRow, ...] = (
     AlarmRow(
         "alarm_calibration",
         "medium",
-        ("rig_unusable",),
+        ("rig_unusable", "references_unusable"),
         0.0,
         1.0,
         "the calibration is missing or due",

@@ -201,6 +201,36 @@ def _measure(given: argparse.Namespace) -> None:
         raise CommandError(f"{given.output}: {error.strerror}; give a file in a writable folder") from error
 
 
+def _add_orient(command: argparse.ArgumentParser) -> None:
+    command.add_argument("recording", type=Path, metavar="RECORDING", help="folder with the pictures of one camera")
+    command.add_argument(
+        "--references", type=Path, required=True, metavar="DIR", help="folder with top.png, bottom.png, roi.json"
+    )
+    command.add_argument(
+        "--output", type=Path, required=True, metavar="FILE", help="frames and ingots; CSV if it ends in .csv"
+    )
+    command.add_argument("--classifier", choices=("wrinkles", "dual", "single"), help="how one picture is judged")
+    command.add_argument("--plot", type=Path, metavar="DIR", help="folder for annotated frames and a strip of the ends")
+    _add_config(command)
+
+
+def _orient(given: argparse.Namespace) -> None:
+    from appliance.cameras.source import CameraError
+    from appliance.orient import orient_recording
+    from appliance.references import ReferencesError
+
+    settings = settings_file.load(given.config).ingot
+    if given.classifier:
+        settings = settings.model_copy(update={"classifier": given.classifier})
+    try:
+        orient_recording(given.recording, given.references, given.output, settings, given.plot)
+    except (CameraError, ReferencesError) as error:
+        raise CommandError(str(error)) from error
+    except OSError as error:
+        place = error.filename or given.output
+        raise CommandError(f"{place}: {error.strerror}; give a file in a writable folder") from error
+
+
 _BOARD_NUMBERS = ("square_mm", "square_u_mm", "low_mm", "high_mm", "height_u_mm")
 
 
@@ -405,6 +435,7 @@ COMMANDS: dict[str, tuple[_Run, str, _AddArguments]] = {
     "check-config": (_check_config, "Check a settings file and show what is in force", _add_check_config),
     "calibrate": (_calibrate, "Calibrate two cameras from pictures of a checkerboard", _add_calibrate),
     "measure": (_measure, "Measure a recording and write its readings to a file", _add_measure),
+    "orient": (_orient, "Say which end of the ingots in a recording faces the line", _add_orient),
     "simulate": (_simulate, "Write a recording of the simulated mill, with truth", _add_simulate),
     "registers": (_registers, "Print the register map", _add_registers),
     "install": (_install, "Set this computer up so that the gauge starts with it, as root", _add_install),

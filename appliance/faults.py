@@ -179,6 +179,15 @@ FAULTS: tuple[FaultRow, ...] = (
         bit=9,
     ),
     FaultRow(
+        202,
+        "references_unusable",
+        DeviceState.FAILURE,
+        logging.ERROR,
+        "the references or regions of the ingot camera cannot be used",
+        "mend the folder that ingot.references names, or the settings under ingot",
+        bit=19,
+    ),
+    FaultRow(
         301,
         "reading_stale",
         DeviceState.FAILURE,

@@ -50,7 +50,7 @@ def measure_recording(recording: Path, rig: Path, output: Path) -> None:
     """
     gauge = TimedGauge(load_rig(rig), str(rig))
     writer = _csv_writer if output.suffix.lower() == ".csv" else _json_lines_writer
-    with contextlib.closing(Recording(recording)) as frames, _whole_file(output) as file:
+    with contextlib.closing(Recording(recording)) as frames, whole_file(output) as file:
         write = writer(file)
         for frame, left, right in tqdm(frames, unit="frame", disable=None):
             reading, elapsed_ms = gauge.measure(left, right)
@@ -87,7 +87,8 @@ def _csv_writer(file: TextIO) -> Callable[[Row], None]:
 
 
 @contextlib.contextmanager
-def _whole_file(path: Path) -> Generator[TextIO]:
+def whole_file(path: Path) -> Generator[TextIO]:
+    """A text file to write that appears under its name only when all of it is written; raises `OSError`."""
     temporary = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         with temporary.open("x", encoding="utf-8", newline="") as file:

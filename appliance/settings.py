@@ -10,28 +10,17 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, cast
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, JsonValue, ValidationError, ValidationInfo
+from pydantic import Field, ValidationError
 from pydantic_core import ErrorDetails
+
+from appliance.ingot_settings import IngotSettings
+from appliance.sections import FilePath
+from appliance.sections import Section as _Section
+from appliance.sections import unit as _unit
 
 
 class SettingsError(Exception):
     """The settings file cannot be used; the message names file, key, what is wrong and what is allowed."""
-
-
-class _Section(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
-
-
-def _unit(unit: str) -> dict[str, JsonValue]:
-    return {"unit": unit}
-
-
-def _beside_the_file(path: Path, info: ValidationInfo) -> Path:
-    return info.context["folder"] / path if info.context else path
-
-
-FilePath = Annotated[Path, Field(strict=False), AfterValidator(_beside_the_file)]
-"""A path; a relative one in a settings file starts from that file's folder."""
 
 
 class PlcSettings(_Section):
@@ -309,6 +298,7 @@ class Settings(_Section):
 
     plc: PlcSettings = Field(default_factory=PlcSettings, description="Modbus TCP server")
     sizing: SizingSettings = Field(default_factory=SizingSettings, description="Sizing station")
+    ingot: IngotSettings = Field(default_factory=IngotSettings, description="Ingot station")
     judging: JudgingSettings = Field(default_factory=JudgingSettings, description="Trust, cold size and bars")
     correction: CorrectionSettings = Field(default_factory=CorrectionSettings, description="Closed loop")
 
@@ -430,7 +420,12 @@ def _allowed(field: _JsonSchema) -> str:
     if choices:
         return " or ".join(f'"{choice}"' for choice in choices)
     kind = field.get("anyOf", [field])[0]
-    names = {"integer": "a whole number", "number": "a number", "boolean": "true or false"}
+    names = {
+        "integer": "a whole number",
+        "number": "a number",
+        "boolean": "true or false",
+        "array": "a list [x, y, width, height]",
+    }
     name = names.get(kind["type"], f"a {kind.get('format', 'text')}")
     return " ".join(part for part in (name, _bounds(field), field.get("unit", "")) if part)
 

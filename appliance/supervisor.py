@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping
 from appliance.advisor import Advisor
 from appliance.alarms import Alarms
 from appliance.faults import DeviceState, Faults
+from appliance.ingot_side import INGOT, IngotSide, is_on
 from appliance.judging import Decision, SetPoints
 from appliance.kept import Kept, state_folder
 from appliance.publication import NO_PAIR, STARTING, Publication
@@ -64,6 +65,10 @@ class Supervisor:
         self._alarms = Alarms()
         self._kept = Kept(state_folder(settings.plc), self._report_disk)
         self._keeper = Keeper(SIZING_STATION, settings.sizing.model_dump_json(), self._hear, self._hear_health)
+        self._ingots = (
+            IngotSide(settings.ingot, self._faults, self._tell, self._refuse) if is_on(settings.ingot) else None
+        )
+        self._silent = {SIZING, INGOT} if self._ingots else {SIZING}  # stations that have not spoken yet
         self._clock = WallClock(wall)
         self._plc_beat_s: float | None = None
         self._started_s = self._worked_s = time.monotonic()
@@ -105,7 +110,9 @@ class Supervisor:
         """
         self._kept.load()
         self._apply_written()
-        parts = (self._keeper.keep(), self._serve(refuses), self._kept.keep(), self._prove(on_serving, on_proof))
+        parts = [self._keeper.keep(), self._serve(refuses), self._kept.keep(), self._prove(on_serving, on_proof)]
+        if self._ingots:
+            parts.append(self._ingots.keep())
         tasks = {asyncio.create_task(part) for part in parts}
         try:
             done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -133,15 +140,21 @@ class Supervisor:
             return
         self._faults.report("settings_unusable", active=False)
         logger.info("settings are loaded again")
-        before, self._settings = self._settings, self._settings.model_copy(update={"sizing": settings.sizing})
+        taken = {"sizing": settings.sizing}
+        if self._ingots and is_on(settings.ingot):
+            taken["ingot"] = settings.ingot
+        before, self._settings = self._settings, self._settings.model_copy(update=taken)
         self._faults.report("restart_needed", active=settings != self._settings)
         if settings.sizing != before.sizing:
             self._publication.stale_after_ms = settings.sizing.stale_after_ms
             self._keeper.renew(settings.sizing.model_dump_json())
+        if self._ingots and self._settings.ingot != before.ingot:
+            self._ingots.renew(settings.ingot)
 
     async def _serve(self, refuses: bool) -> None:
-        if refuses:
-            await self._news.wait()  # the first message tells whether the settings can be used
+        while refuses and self._silent and not (self._refusal or self._stopping):
+            await self._news.wait()  # the first message of a station tells whether its settings can be used
+            self._news.clear()
         if self._stopping:
             return
         if self._refusal and refuses:
@@ -190,7 +203,7 @@ class Supervisor:
             self._hear_reading(message)
         elif message.state == "faulty":
             self._hear_fault(message)
-        self._news.set()
+        self._tell(SIZING)
 
     def _hear_reading(self, reading: ReadingMessage) -> None:
         self._publication.take(reading)
@@ -207,8 +220,16 @@ class Supervisor:
         self._stop_measuring(NO_PAIR)
         self._worked_s = time.monotonic()
         self._faults.report_station(SIZING, {message.fault: message.detail})
+        self._refuse(message.detail)
+
+    def _refuse(self, detail: str) -> None:
         if not self._serving.is_set():
-            self._refusal = message.detail
+            self._refusal = detail
+
+    def _tell(self, station: str) -> None:
+        """Have published what a station has said."""
+        self._silent.discard(station)
+        self._news.set()
 
     def _hear_health(self, health: Health) -> None:
         if health.ended:
@@ -218,7 +239,7 @@ class Supervisor:
         for state in ("restarting", "failing"):
             name, active = f"station_{state}", health.state == state
             self._faults.report(name, active=active, detail=health.detail, station=SIZING)
-        self._news.set()
+        self._tell(SIZING)
 
     def _stop_measuring(self, reason: int) -> None:
         self._publication.withdraw(reason)
@@ -242,6 +263,8 @@ class Supervisor:
     def _apply_written(self) -> None:
         self._advisor.points = SetPoints.of(self._kept.written)
         self._publication.held = bool(self._kept.written.get("hold"))
+        if self._ingots:
+            self._ingots.publication.held = self._publication.held
         self._faults.product = self._kept.written.get("product_id", 0)
 
     def _publish(self) -> None:
@@ -253,6 +276,8 @@ class Supervisor:
         if self._publication.held:
             self._bars.end()
         values = self._measurements(now_s) | self._bars.values() | self._ring.values()
+        if self._ingots:
+            values |= self._ingots.values(now_s)
         causes = self._faults.active | self._conditions(values, now_s)
         self._alarms.update(causes, now_s, suppressed=self._publication.held)
         values |= self._health(now_s, running=self._measuring and not stale)
@@ -270,6 +295,7 @@ class Supervisor:
         """Causes of alarms that are no faults of the gauge."""
         silent_after_s = self._settings.plc.silent_after_s
         there = {
+            "wrong_orientation": bool(self._ingots and self._ingots.publication.wrong_orientation(now_s)),
             "out_of_tolerance": values.get("decision") == Decision.OUT,
             "low_trust": self._advisor.low_trust(values),
             "plc_silent": self._plc_beat_s is not None and now_s - self._plc_beat_s > silent_after_s,
@@ -277,12 +303,13 @@ class Supervisor:
         return {condition for condition, is_there in there.items() if is_there}
 
     def _health(self, now_s: float, *, running: bool) -> dict[str, Value]:
-        check = self._simulated or self._publication.held or not running
+        simulated = self._simulated or bool(self._ingots and self._ingots.publication.simulated)
+        check = simulated or self._publication.held or not running
         return {
             "heartbeat": int((now_s - self._started_s) / HEARTBEAT_PERIOD_S),
             "device_state": max(self._faults.state, DeviceState.FUNCTION_CHECK if check else DeviceState.GOOD),
             "alarm_word": self._alarms.word,
             "fault_word": self._faults.word,
             "running": running,
-            "simulated": self._simulated,
+            "simulated": simulated,
         }

@@ -158,7 +158,7 @@ REGISTERS: tuple[Register, ...] = (
     _state(58, "ingot_orientation", "end facing the line: 0 none, 1 top, 2 bottom, 3 undecided"),
     _state(59, "ingot_sequence", "+1 with each new ingot"),
     _state(60, "ingot_validity", "of the ingot's values: 0 none, 1 valid, 2 valid with reasons"),
-    spare(61, "measurement"),
+    _state(61, "ingot_reason_word", "reason flags of the newest picture of the ingot line, one bit each"),
     _constant(62, "test_float", "f32", 123.456, "always 123.456: read wrongly, the word order is wrong"),
     _constant(64, "test_u32", "u32", 0x12345678, "always 305419896 (16#12345678), for finding the word order"),
     _integer(66, "diameter", "mm"),

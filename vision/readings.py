@@ -140,3 +140,93 @@ class SizeReading:
     def valid(self) -> bool:
         """Whether the diameter may be used."""
         return math.isfinite(self.diameter_mm) and not self.reasons.forbids_value
+
+
+class IngotReason(enum.IntFlag):
+    """Reason flags of an ingot picture; the bits stand in the PLC's `ingot_reason_word` and never change meaning.
+
+    The low 12 bits forbid an end, the high 4 only say how it was seen.
+    """
+
+    NONE = 0
+    NOTHING_HOT = 1 << 0
+    HANGING = 1 << 1
+    OUTSIDE = 1 << 2
+    TOO_SMALL = 1 << 3
+    TOO_LARGE = 1 << 4
+    TILTED = 1 << 5
+    NO_CIRCLE = 1 << 6
+    NO_PICTURE = 1 << 7
+    STALE = 1 << 8
+    STARTING = 1 << 9
+    HELD = 1 << 10
+    GLARE_JOINED = 1 << 12
+    SEVERAL_ENDS = 1 << 13
+    OVEREXPOSED = 1 << 14
+
+    @property
+    def names(self) -> list[str]:
+        """Lower-case names of the flags that are set, lowest bit first."""
+        return [row.name for row in INGOT_REASONS if row.flag in self]
+
+
+class IngotReasonRow(NamedTuple):
+    """One row of the table of reason flags of ingots."""
+
+    flag: IngotReason
+    forbids_value: bool
+    text: str
+
+    @property
+    def name(self) -> str:
+        """Name as it stands in JSON, CSV and documents."""
+        return str(self.flag.name).lower()
+
+
+INGOT_REASONS: tuple[IngotReasonRow, ...] = (
+    IngotReasonRow(IngotReason.NOTHING_HOT, True, "nothing in the crop is hot and large enough"),
+    IngotReasonRow(IngotReason.HANGING, True, "the ingot still hangs: cut by the crop's upper side, or on end"),
+    IngotReasonRow(IngotReason.OUTSIDE, True, "the ingot is not where it lies on the line, or is cut by the crop"),
+    IngotReasonRow(IngotReason.TOO_SMALL, True, "the hot region or its end is too small"),
+    IngotReasonRow(IngotReason.TOO_LARGE, True, "the hot region or its end is too large, and no end was found in it"),
+    IngotReasonRow(IngotReason.TILTED, True, "the ingot's axis is too far from the vertical of the picture"),
+    IngotReasonRow(IngotReason.NO_CIRCLE, True, "the lower edge of the hot region is no arc of a circle"),
+    IngotReasonRow(IngotReason.NO_PICTURE, True, "no picture from the ingot camera"),
+    IngotReasonRow(IngotReason.STALE, True, "the newest picture is too old"),
+    IngotReasonRow(IngotReason.STARTING, True, "the ingot station is not ready yet, or is off"),
+    IngotReasonRow(IngotReason.HELD, True, "the PLC holds the gauge"),
+    IngotReasonRow(IngotReason.GLARE_JOINED, False, "glare has joined the ingot; its end was found as a circle"),
+    IngotReasonRow(IngotReason.SEVERAL_ENDS, False, "more than one end lies on the line; the largest is taken"),
+    IngotReasonRow(IngotReason.OVEREXPOSED, False, "much of the end is overexposed"),
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OrientationReading:
+    """What one picture says about the ingot on the line; NaN where there is no end.
+
+    Attributes
+    ----------
+    present : bool
+        Whether an ingot's end lies on the line.
+    orientation : {"top", "bottom", "undecided"}
+        Verdict of this picture alone; `undecided` without an end.
+    ssim_top, ssim_bottom : float
+        Similarity of the end to the two references, -1 to 1.
+    log_odds : float
+        Natural logarithm of the odds of a top against a bottom, from this picture alone.
+    center_x, center_y, radius : float
+        Circle of the end, in pixels of the whole picture.
+    reasons : IngotReason
+        Flags; see `INGOT_REASONS`.
+    """
+
+    present: bool = False
+    orientation: str = "undecided"
+    ssim_top: float = math.nan
+    ssim_bottom: float = math.nan
+    log_odds: float = math.nan
+    center_x: float = math.nan
+    center_y: float = math.nan
+    radius: float = math.nan
+    reasons: IngotReason = IngotReason.NONE

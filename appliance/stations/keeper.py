@@ -15,7 +15,7 @@ from collections.abc import Callable
 from typing import Literal, NamedTuple
 
 from appliance.stations.limits import EXIT_OUT_OF_MEMORY
-from appliance.stations.link import Message, ReadingMessage, parse
+from appliance.stations.link import Message, StateMessage, parse
 
 SILENCE_LIMIT_S = 4.0  # after a reading: the next one, or a fault, comes long before
 START_LIMIT_S = 60.0  # opening cameras, compiling, a first calibration, all on a busy computer
@@ -108,7 +108,7 @@ class Keeper:
         return min(PAUSE_FIRST_S * 2 ** (self._ends - 1), PAUSE_LONGEST_S)
 
     def _hear(self, message: Message) -> None:
-        if isinstance(message, ReadingMessage):
+        if not isinstance(message, StateMessage):
             self._measures_since_s = min(self._measures_since_s, time.monotonic())
             if self._state != "failing" or self._runs_well():
                 self._tell("running")
@@ -162,8 +162,9 @@ async def _listen(reader: asyncio.StreamReader, on_message: Callable[[Message], 
                 return "the measuring process ended"  # a half-written last line is no message
             message = parse(line)
             on_message(message)
-            if isinstance(message, ReadingMessage) or message.fault:  # saying that one starts is no work
-                limit_s = SILENCE_LIMIT_S if isinstance(message, ReadingMessage) else START_LIMIT_S
+            measures = not isinstance(message, StateMessage)
+            if measures or message.fault:  # saying that one starts is no work
+                limit_s = SILENCE_LIMIT_S if measures else START_LIMIT_S
                 heard_s = time.monotonic()
     except TimeoutError:
         return f"the measuring process did nothing for {limit_s:.0f} s and was ended"

@@ -81,7 +81,72 @@ class ReadingMessage(_Message):
     plane_height_mm: float | None
 
 
-Message = StateMessage | ReadingMessage
+class IngotVerdict(_Message):
+    """What was decided of one ingot.
+
+    Attributes
+    ----------
+    ingot : int
+        Number of the ingot since the process started, from 1.
+    orientation : str
+    confidence : float
+        Percent.
+    ssim_top, ssim_bottom : float or None
+        Means over the pictures that counted.
+    told_utc_ms : int
+        Moment of the decision, or of the ingot's leaving undecided.
+    """
+
+    ingot: int
+    orientation: Literal["top", "bottom", "undecided"]
+    confidence: float
+    ssim_top: float | None
+    ssim_bottom: float | None
+    told_utc_ms: int
+
+
+class IngotMessage(_Message):
+    """One picture of the ingot line; a value that does not exist is None.
+
+    Attributes
+    ----------
+    sequence : int
+        Number of the exposure.
+    exposed_monotonic_s : float
+        Moment of exposure on this machine's monotonic clock.
+    elapsed_ms : float
+        Time that reading the picture took.
+    dropped : int
+        Pictures and messages discarded since the process started.
+    simulated : bool
+    present : bool
+        Whether an end lies on the line.
+    reasons : int
+        Bits of `ingot_reason_word`.
+    ssim_top, ssim_bottom : float or None
+        Of this picture.
+    current : IngotVerdict or None
+        What is known of the ingot on the line.
+    told : tuple of IngotVerdict
+        The last ingots that were decided or left undecided, oldest first; the same ones come again, so that none is
+        lost with a message.
+    """
+
+    kind: Literal["ingot"] = "ingot"
+    sequence: int
+    exposed_monotonic_s: float
+    elapsed_ms: float
+    dropped: int
+    simulated: bool
+    present: bool
+    reasons: int
+    ssim_top: float | None
+    ssim_bottom: float | None
+    current: IngotVerdict | None
+    told: tuple[IngotVerdict, ...] = ()
+
+
+Message = StateMessage | ReadingMessage | IngotMessage
 _MESSAGE: TypeAdapter[Message] = TypeAdapter(Annotated[Message, Field(discriminator="kind")])
 
 

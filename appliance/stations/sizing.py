@@ -1,14 +1,9 @@
 """The measuring process of the sizing station: settings in, then source -> gauge -> link until the link closes.
 
-The supervisor runs it as `python -m appliance.stations.sizing DESCRIPTOR`; the descriptor is a connected socket
-whose first line holds the settings.
+The supervisor runs it as `python -m appliance.stations.sizing DESCRIPTOR`; see `appliance.stations.process`.
 """
 
-import contextlib
 import math
-import os
-import socket
-import sys
 import threading
 import time
 
@@ -21,37 +16,18 @@ from appliance.exposure import ExposureGuard
 from appliance.gauging import TimedGauge, mill_rig
 from appliance.rigs import RigError, load_rig
 from appliance.settings import MillCamera, OakCamera, RecordingCamera, SizingSettings, StreamCamera
-from appliance.stations.limits import EXIT_OUT_OF_MEMORY, limit_process
 from appliance.stations.link import ReadingMessage, StateMessage, StationLink
+from appliance.stations.process import fault, serve
 from vision.readings import SizeReading
 
 PAIR_TIMEOUT_S = 0.2
 PAUSE_S = 1.0
 REOPEN_AFTER_S = 5.0  # cameras whose pictures have not counted for so long are opened again
-LEAVE_TIME_S = 2.0
 
 
 def main() -> None:
     """Measure until the supervisor closes the link, or is gone."""
-    connection = socket.socket(fileno=int(sys.argv[1]))
-    with connection, connection.makefile("rb") as lines:
-        settings = SizingSettings.model_validate_json(lines.readline())
-        limit_process(settings.memory_max_mb)
-        closed = threading.Event()
-        threading.Thread(target=_wait_for_close, args=(connection, closed), daemon=True).start()
-        try:
-            run(settings, StationLink(connection), closed)
-        except MemoryError:
-            os._exit(EXIT_OUT_OF_MEMORY)  # tidying up needs memory too
-
-
-def _wait_for_close(connection: socket.socket, closed: threading.Event) -> None:
-    with contextlib.suppress(ConnectionError):  # reset: the supervisor died with messages that it had not read
-        while connection.recv(1):
-            pass
-    closed.set()
-    time.sleep(LEAVE_TIME_S)
-    os._exit(1)  # still here: the loop hangs in a camera or in native code, and nobody listens any more
+    serve(SizingSettings, run)
 
 
 def run(settings: SizingSettings, link: StationLink, closed: threading.Event) -> None:
@@ -70,9 +46,9 @@ def run(settings: SizingSettings, link: StationLink, closed: threading.Event) ->
         except EndOfRecording as error:
             _stay_at_end(link, closed, str(error))
         except CameraError as error:
-            link.send(_fault(error.fault, str(error)))
+            link.send(fault(error.fault, str(error)))
         except RigError as error:
-            link.send(_fault("rig_unusable", str(error)))
+            link.send(fault("rig_unusable", str(error)))
         closed.wait(PAUSE_S)
 
 
@@ -112,10 +88,10 @@ def _heat(settings: SizingSettings, pair: FramePair) -> dict[str, str]:
 
 def _tell_lost(verdict: Verdict, link: StationLink) -> None:
     """Tell what is wrong with pictures that do not count; after a while raise it, and the source is opened again."""
-    for fault, detail in verdict.faults.items():
+    for name, detail in verdict.faults.items():
         if verdict.lost_s > REOPEN_AFTER_S:
-            raise CameraError(detail, fault)
-        link.send(_fault(fault, detail))
+            raise CameraError(detail, name)
+        link.send(fault(name, detail))
 
 
 def source_of(settings: SizingSettings) -> PairSource:
@@ -151,11 +127,7 @@ def _gauge(settings: SizingSettings, source: PairSource, link: StationLink) -> T
 
 def _stay_at_end(link: StationLink, closed: threading.Event, detail: str) -> None:
     while not closed.wait(PAUSE_S):
-        link.send(_fault("recording_over", detail))
-
-
-def _fault(name: str, detail: str) -> StateMessage:
-    return StateMessage(state="faulty", fault=name, detail=detail)
+        link.send(fault("recording_over", detail))
 
 
 def to_message(

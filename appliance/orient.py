@@ -1,0 +1,115 @@
+"""Reads a recording of the ingot line and writes what it found, frames and ingots, as JSON lines or CSV."""
+
+import csv
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import TextIO
+
+from tqdm import tqdm
+
+from appliance.cameras.picture_recording import PictureRecording
+from appliance.ingot_settings import IngotSettings
+from appliance.measure import whole_file
+from appliance.orient_pictures import Plot
+from appliance.references import decision_rule, load_view, make_reader
+from vision.ingot.decision import IngotDecision, IngotFollower
+from vision.readings import OrientationReading
+
+FRAME_FIELDS = ("present", "orientation", "ssim_top", "ssim_bottom", "center_x", "center_y", "radius", "reasons")
+INGOT_FIELDS = ("ingot", "orientation", "first_frame", "decided_frame", "confidence")
+COLUMNS = tuple(dict.fromkeys(("frame", *FRAME_FIELDS, *INGOT_FIELDS)))
+
+Value = float | int | bool | str | list[str] | None
+Row = dict[str, Value]
+
+
+def orient_recording(
+    recording: Path, references: Path, output: Path, settings: IngotSettings, plot: Path | None = None
+) -> None:
+    """Read every picture of a recording; the output appears whole or not at all.
+
+    Parameters
+    ----------
+    recording : Path
+        Folder with the pictures of one camera.
+    references : Path
+        Folder with `top.png`, `bottom.png` and perhaps `roi.json`.
+    output : Path
+        File to write: CSV if its suffix is `.csv`, else JSON lines.
+    settings : IngotSettings
+        Classifier, limits, regions and rule of decision.
+    plot : Path or None
+        Folder for annotated frames and a strip of the ends.
+
+    Raises
+    ------
+    CameraError
+        The recording is missing or a picture cannot be read.
+    ReferencesError
+        References, regions or limits cannot be used.
+    OSError
+        A file cannot be written.
+    """
+    view = load_view(references)
+    frames = PictureRecording(recording)
+    pictures = Plot(plot) if plot is not None else None
+    writer = _csv_writer if output.suffix.lower() == ".csv" else _json_lines_writer
+    with whole_file(output) as file:
+        write = writer(file)
+        follower = IngotFollower(decision_rule(settings.decision))
+        reader = None
+        for frame, picture in tqdm(frames, unit="frame", disable=None):
+            reader = reader or make_reader(settings, view, picture)
+            reading = reader.read(picture)
+            write(frame_row(frame, reading))
+            for decision in follower.take(frame, reading):
+                write(ingot_row(decision))
+            if pictures is not None:
+                pictures.add(frame, picture, reading, follower.current)
+        for decision in follower.end():
+            write(ingot_row(decision))
+    if pictures is not None:
+        pictures.write_strip()
+
+
+def frame_row(frame: int, reading: OrientationReading) -> Row:
+    """One reading as it stands in the file; None where there is no value."""
+    values: Row = {"frame": frame} | {name: _or_none(getattr(reading, name)) for name in FRAME_FIELDS}
+    return values | {"reasons": reading.reasons.names}
+
+
+def ingot_row(decision: IngotDecision) -> Row:
+    """One ingot as it stands in the file."""
+    values: Row = {name: _or_none(getattr(decision, name)) for name in INGOT_FIELDS}
+    return values | {"confidence": round(decision.confidence, 3)}
+
+
+def _or_none(value: Value) -> Value:
+    if not isinstance(value, float):
+        return value
+    return round(value, 4) if math.isfinite(value) else None
+
+
+def _json_lines_writer(file: TextIO) -> Callable[[Row], None]:
+    def write(values: Row) -> None:
+        file.write(json.dumps(values, allow_nan=False) + "\n")
+
+    return write
+
+
+def _csv_writer(file: TextIO) -> Callable[[Row], None]:
+    writer = csv.DictWriter(file, COLUMNS)
+    writer.writeheader()
+
+    def write(values: Row) -> None:
+        writer.writerow({name: _as_text(value) for name, value in values.items()})
+
+    return write
+
+
+def _as_text(value: Value) -> Value:
+    if isinstance(value, list):
+        return ";".join(value)
+    return str(value).lower() if isinstance(value, bool) else value

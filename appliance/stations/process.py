@@ -1,0 +1,58 @@
+"""What all station processes have in common: a link whose first line holds the settings, and an end with the link.
+
+The supervisor runs `python -m appliance.stations.NAME DESCRIPTOR`; the descriptor is a connected socket.
+"""
+
+import contextlib
+import os
+import socket
+import sys
+import threading
+import time
+from collections.abc import Callable
+from typing import TypeVar
+
+from appliance.ingot_settings import IngotSettings
+from appliance.settings import SizingSettings
+from appliance.stations.limits import EXIT_OUT_OF_MEMORY, limit_process
+from appliance.stations.link import StateMessage, StationLink
+
+LEAVE_TIME_S = 2.0
+
+SettingsT = TypeVar("SettingsT", SizingSettings, IngotSettings)
+
+
+def serve(settings_type: type[SettingsT], run: Callable[[SettingsT, StationLink, threading.Event], None]) -> None:
+    """Measure until the supervisor closes the link, or is gone.
+
+    Parameters
+    ----------
+    settings_type : type
+        Section that the first line of the link holds.
+    run : callable
+        Gets the settings, the link, and an event that is set when nobody listens any more.
+    """
+    connection = socket.socket(fileno=int(sys.argv[1]))
+    with connection, connection.makefile("rb") as lines:
+        settings = settings_type.model_validate_json(lines.readline())
+        limit_process(settings.memory_max_mb)
+        closed = threading.Event()
+        threading.Thread(target=_wait_for_close, args=(connection, closed), daemon=True).start()
+        try:
+            run(settings, StationLink(connection), closed)
+        except MemoryError:
+            os._exit(EXIT_OUT_OF_MEMORY)  # tidying up needs memory too
+
+
+def _wait_for_close(connection: socket.socket, closed: threading.Event) -> None:
+    with contextlib.suppress(ConnectionError):  # reset: the supervisor died with messages that it had not read
+        while connection.recv(1):
+            pass
+    closed.set()
+    time.sleep(LEAVE_TIME_S)
+    os._exit(1)  # still here: the loop hangs in a camera or in native code, and nobody listens any more
+
+
+def fault(name: str, detail: str) -> StateMessage:
+    """Message of a fault of the fault table."""
+    return StateMessage(state="faulty", fault=name, detail=detail)

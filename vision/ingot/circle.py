@@ -1,0 +1,142 @@
+"""The circle of an ingot's end: a vote of edge points (algorithm 16), and a sub-pixel fit to its lower arc.
+
+Only the lower half of the end stands out from the line; above it lies the ingot's own body.
+"""
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+EDGE_SHARE = 0.2  # of the strongest gradient: weaker ones are texture and noise
+VOTE_BLUR_PX = 5
+RAYS = 61
+STEP_PX = 0.5
+FIT_ROUNDS = 4
+ARC_TOLERANCE = 0.04  # of the radius, and at least a pixel: points further away belong to something else
+
+
+class Circle(NamedTuple):
+    """Centre (x, y) and radius in pixels of the array that it was found in."""
+
+    x: float
+    y: float
+    radius: float
+
+
+def vote_for_circle(warmth: NDArray[np.uint8], hot: NDArray[np.uint8], radius_px: tuple[float, float]) -> Circle | None:
+    """Hough transform of lower edges: each votes for centres along its gradient, then for the radius (algorithm 16).
+
+    Parameters
+    ----------
+    warmth : ndarray of uint8, shape (rows, columns)
+        Bright where it is hot.
+    hot : ndarray of uint8, shape (rows, columns)
+        Not 0 on hot pixels; edges elsewhere are not looked at.
+    radius_px : tuple of float
+        Smallest and largest radius.
+
+    Returns
+    -------
+    Circle or None
+        None when there is no lower edge.
+    """
+    rows, columns = warmth.shape
+    smooth = cv2.GaussianBlur(warmth, (5, 5), 0)
+    gradient_x, gradient_y = (cv2.Sobel(smooth, cv2.CV_16S, *order) for order in ((1, 0), (0, 1)))
+    near = cv2.dilate(hot, np.ones((5, 5), np.uint8))
+    edges = cv2.Canny(gradient_x, gradient_y, *_canny_levels(gradient_x, gradient_y), L2gradient=True)
+    y, x = np.nonzero((edges > 0) & (near > 0) & (gradient_y < 0))
+    if x.size == 0:
+        return None
+    along = np.stack([gradient_x[y, x], gradient_y[y, x]]).astype(float)
+    along /= np.hypot(*along)
+    radii = np.arange(radius_px[0], radius_px[1] + 1)
+    center_x = np.rint(x[:, None] + along[0][:, None] * radii).astype(int)
+    center_y = np.rint(y[:, None] + along[1][:, None] * radii).astype(int)
+    inside = (center_x >= 0) & (center_x < columns) & (center_y >= 0) & (center_y < rows)
+    votes = np.bincount((center_y * columns + center_x)[inside], minlength=rows * columns).reshape(rows, columns)
+    votes = cv2.blur(votes.astype(np.float32), (VOTE_BLUR_PX, VOTE_BLUR_PX))
+    best_y, best_x = np.unravel_index(int(np.argmax(votes)), votes.shape)
+    return _with_radius(float(best_x), float(best_y), np.stack([x, y]).astype(float), along, radii)
+
+
+def _canny_levels(gradient_x: NDArray[np.int16], gradient_y: NDArray[np.int16]) -> tuple[float, float]:
+    strongest = float(np.hypot(gradient_x.astype(np.float32), gradient_y.astype(np.float32)).max())
+    return 0.5 * EDGE_SHARE * strongest, EDGE_SHARE * strongest
+
+
+def _with_radius(x: float, y: float, points: Array, along: Array, radii: Array) -> Circle | None:
+    """Vote for the radius among the edges that point to the centre."""
+    to_center = np.array([[x], [y]]) - points
+    distance = np.hypot(*to_center)
+    points_there = np.sum(to_center * along, axis=0) > 0.95 * distance
+    votes, _ = np.histogram(distance[points_there], np.append(radii, radii[-1] + 1) - 0.5)
+    votes = np.convolve(votes, np.ones(3), mode="same")
+    return Circle(x, y, float(radii[np.argmax(votes)])) if votes.max() > 0 else None
+
+
+def fit_lower_arc(warmth: NDArray[np.uint8], start: Circle, arc: float) -> Circle | None:
+    """Circle through the half-level edge below and beside an end, fitted robustly.
+
+    Parameters
+    ----------
+    warmth : ndarray of uint8, shape (rows, columns)
+        Bright where it is hot.
+    start : Circle
+        First guess, good to about a quarter of the radius.
+    arc : float
+        Least share of the lower half circle that must lie on the circle.
+
+    Returns
+    -------
+    Circle or None
+        None when less of the arc is there.
+    """
+    circle = start
+    for _ in range(2):
+        edge_x, edge_y = _lower_edge(warmth, circle)
+        fitted = _robust_circle(edge_x, edge_y, arc * RAYS)
+        if fitted is None or not 0.5 * start.radius < fitted.radius < 1.5 * start.radius:
+            return None
+        circle = fitted
+    return circle
+
+
+def _lower_edge(warmth: NDArray[np.uint8], circle: Circle) -> tuple[Array, Array]:
+    """First half-level crossing outwards along each ray; rays without one are left out."""
+    angle = np.linspace(np.radians(-5), np.radians(185), RAYS)
+    radius = np.arange(0.6 * circle.radius, 1.5 * circle.radius, STEP_PX)
+    cosine, sine = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    map_x = (circle.x + radius * cosine).astype(np.float32)
+    map_y = (circle.y + radius * sine).astype(np.float32)
+    rays = cv2.remap(warmth, map_x, map_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(float)
+    inner = rays.shape[1] // 4
+    level = (np.median(rays[:, :inner], axis=1) + np.min(rays, axis=1)) / 2
+    below = rays < level[:, None]
+    below[:, :inner] = False
+    first = np.argmax(below, axis=1)
+    ray = np.flatnonzero(first > 0)
+    after, before = rays[ray, first[ray]], rays[ray, first[ray] - 1]
+    share = (before - level[ray]) / np.maximum(before - after, 1e-9)
+    edge = radius[0] + STEP_PX * (first[ray] - 1 + np.clip(share, 0, 1))
+    return circle.x + edge * np.cos(angle[ray]), circle.y + edge * np.sin(angle[ray])
+
+
+def _robust_circle(x: Array, y: Array, least: float) -> Circle | None:
+    """Least squares (Kåsa), repeated on the points that lie near; None when fewer than `least` do."""
+    near = np.ones(x.size, bool)
+    circle = Circle(0, 0, 0)
+    for _ in range(FIT_ROUNDS):
+        if np.count_nonzero(near) < max(least, 3):
+            return None
+        design = np.column_stack([x[near], y[near], np.ones(np.count_nonzero(near))])
+        (a, b, c), *_ = np.linalg.lstsq(design, x[near] ** 2 + y[near] ** 2, rcond=None)
+        circle = Circle(a / 2, b / 2, float(np.sqrt(max(c + (a**2 + b**2) / 4, 0))))
+        off = np.abs(np.hypot(x - circle.x, y - circle.y) - circle.radius)
+        near = off < max(1.0, ARC_TOLERANCE * circle.radius, 2 * float(np.median(off[near])))
+    off_near = off < max(1.0, ARC_TOLERANCE * circle.radius)
+    return circle if np.count_nonzero(off_near) >= least else None
