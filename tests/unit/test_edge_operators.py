@@ -44,8 +44,8 @@ def test_a_weak_line_of_canny_is_followed_from_where_it_is_strong():
     picture = step(0)
     picture = 0.1 + (picture - 0.1) * np.linspace(1, 0.25, len(picture), dtype=np.float32)[:, None]
     low_too_high, followed = canny(picture, 0.4, 0.5), canny(picture, 0.1, 0.5)
-    assert not low_too_high.strength[45:].any()
-    assert followed.strength[45:].any(axis=1).all()
+    assert not low_too_high.strength[52:].any()
+    assert followed.strength[52:].any(axis=1).all()
 
 
 @pytest.mark.parametrize("method", EDGE_METHODS)
