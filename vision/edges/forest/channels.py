@@ -25,7 +25,7 @@ _LAST = RING - 1
 _UNSMOOTHED = 3 + 2 * ORIENTATIONS  # a magnitude is the sum of its orientations, before smoothing and after
 _REACH = 4  # radius of the strong smoothing in cells, and of the normalisation in pixels
 _FLAT = np.float32(1e-5)
-_TAN_22_5 = np.float32(np.tan(np.pi / 8))
+_TAN_22_5 = np.float32(0.414124)  # where OpenCV's arctangent, right to 0.01 degrees, passes 22.5 degrees: 0.414214
 _NORMALISATION = np.float32(0.01)
 
 _TABLE_STEPS = 1024
@@ -104,7 +104,7 @@ def _mirrored(index, length):
 
 
 @njit(nogil=True, cache=True)
-def _reflected(index, length):
+def reflected(index, length):
     """The same without repeating the outermost value: ... 2 1 | 0 1 2 ... | last, last - 1 ..."""
     if index < 0:
         return -index
@@ -146,10 +146,25 @@ def _colour_row(picture, row_l, row_u, row_v):
 
 
 @njit(nogil=True, cache=True)
+def _pad_row(row, columns):
+    """Make an odd number of values even, mirror eight at both ends, and repeat the outermost ones once more."""
+    first = PAD_PX + 1
+    if columns & 1:
+        row[first + columns] = row[first + columns - 1]
+    end = first + columns + (columns & 1)
+    for x in range(PAD_PX):
+        row[first - 1 - x] = row[first + x]
+        row[end + x] = row[end - 1 - x]
+    row[0] = row[1]
+    row[end + PAD_PX] = row[end + PAD_PX - 1]
+
+
+@njit(nogil=True, cache=True)
 def _luv_row(image, window, padded_row, rings):
     """L, u, v of one row of the padded picture; gives the number of values outside 0 to 1."""
     top, left, rows, columns = window
-    picture = image[top + _mirrored(padded_row - PAD_PX, rows), left : left + columns]
+    row = min(_mirrored(padded_row - PAD_PX, rows + (rows & 1)), rows - 1)
+    picture = image[top + row, left : left + columns]
     ring_row = padded_row & _LAST
     luv = rings.luv
     inner = slice(PAD_PX + 1, PAD_PX + 1 + columns)
@@ -157,15 +172,8 @@ def _luv_row(image, window, padded_row, rings):
         outside = _grey_row(picture[:, 0], luv[0, ring_row, inner])
     else:
         outside = _colour_row(picture, luv[0, ring_row, inner], luv[1, ring_row, inner], luv[2, ring_row, inner])
-    width = luv.shape[2] - 2
     for plane in range(luv.shape[0]):
-        row = luv[plane, ring_row]
-        for x in range(PAD_PX):
-            row[1 + x] = row[2 * PAD_PX - x]
-        for x in range(PAD_PX + columns, width):
-            row[1 + x] = row[2 * (PAD_PX + columns) - x]
-        row[0] = row[1]
-        row[width + 1] = row[width]
+        _pad_row(luv[plane, ring_row], columns)
     return outside
 
 
@@ -243,10 +251,10 @@ def _strongly_smoothed_row(ring, row, rows, column_sums, smoothed):
     width = smoothed.shape[0]
     sums = column_sums[_REACH : _REACH + width]
     middle = ring[row & _LAST]
-    one_up, one_down = ring[_reflected(row - 1, rows) & _LAST], ring[_reflected(row + 1, rows) & _LAST]
-    two_up, two_down = ring[_reflected(row - 2, rows) & _LAST], ring[_reflected(row + 2, rows) & _LAST]
-    three_up, three_down = ring[_reflected(row - 3, rows) & _LAST], ring[_reflected(row + 3, rows) & _LAST]
-    four_up, four_down = ring[_reflected(row - 4, rows) & _LAST], ring[_reflected(row + 4, rows) & _LAST]
+    one_up, one_down = ring[reflected(row - 1, rows) & _LAST], ring[reflected(row + 1, rows) & _LAST]
+    two_up, two_down = ring[reflected(row - 2, rows) & _LAST], ring[reflected(row + 2, rows) & _LAST]
+    three_up, three_down = ring[reflected(row - 3, rows) & _LAST], ring[reflected(row + 3, rows) & _LAST]
+    four_up, four_down = ring[reflected(row - 4, rows) & _LAST], ring[reflected(row + 4, rows) & _LAST]
     for x in range(width):
         sums[x] = (
             np.float32(5) * middle[x]
@@ -273,7 +281,7 @@ def _lightly_smoothed_row(ring, row, rows, column_sums, smoothed):
     """[1 2 1] / 4 in both directions; beyond the border values are reflected."""
     width = smoothed.shape[0]
     middle = ring[row & _LAST]
-    up, down = ring[_reflected(row - 1, rows) & _LAST], ring[_reflected(row + 1, rows) & _LAST]
+    up, down = ring[reflected(row - 1, rows) & _LAST], ring[reflected(row + 1, rows) & _LAST]
     for x in range(width):
         column_sums[x + 1] = np.float32(2) * middle[x] + (up[x] + down[x])
     column_sums[0] = column_sums[2]
