@@ -87,6 +87,13 @@ def new_rings(cells: int, colours: int) -> Rings:
     )
 
 
+def stages_starting_at(cell_row: int) -> NDArray[np.int64]:
+    """The next row of each stage (L, u, v; gradients; gradients at half scale; channels) if `cell_row` is wanted first."""
+    channel = max(0, cell_row - _REACH)
+    half = max(0, channel - _REACH)
+    return np.array([2 * max(0, half - 1), max(0, 2 * channel - _REACH), half, channel], np.int64)
+
+
 @njit(nogil=True, cache=True)
 def cells_along(pixels):
     """Cells along one side of a picture: padded by 8 pixels at both ends, and by one more if the side is odd."""
@@ -104,7 +111,7 @@ def _mirrored(index, length):
 
 
 @njit(nogil=True, cache=True)
-def reflected(index, length):
+def _reflected(index, length):
     """The same without repeating the outermost value: ... 2 1 | 0 1 2 ... | last, last - 1 ..."""
     if index < 0:
         return -index
@@ -251,10 +258,10 @@ def _strongly_smoothed_row(ring, row, rows, column_sums, smoothed):
     width = smoothed.shape[0]
     sums = column_sums[_REACH : _REACH + width]
     middle = ring[row & _LAST]
-    one_up, one_down = ring[reflected(row - 1, rows) & _LAST], ring[reflected(row + 1, rows) & _LAST]
-    two_up, two_down = ring[reflected(row - 2, rows) & _LAST], ring[reflected(row + 2, rows) & _LAST]
-    three_up, three_down = ring[reflected(row - 3, rows) & _LAST], ring[reflected(row + 3, rows) & _LAST]
-    four_up, four_down = ring[reflected(row - 4, rows) & _LAST], ring[reflected(row + 4, rows) & _LAST]
+    one_up, one_down = ring[_reflected(row - 1, rows) & _LAST], ring[_reflected(row + 1, rows) & _LAST]
+    two_up, two_down = ring[_reflected(row - 2, rows) & _LAST], ring[_reflected(row + 2, rows) & _LAST]
+    three_up, three_down = ring[_reflected(row - 3, rows) & _LAST], ring[_reflected(row + 3, rows) & _LAST]
+    four_up, four_down = ring[_reflected(row - 4, rows) & _LAST], ring[_reflected(row + 4, rows) & _LAST]
     for x in range(width):
         sums[x] = (
             np.float32(5) * middle[x]
@@ -281,7 +288,7 @@ def _lightly_smoothed_row(ring, row, rows, column_sums, smoothed):
     """[1 2 1] / 4 in both directions; beyond the border values are reflected."""
     width = smoothed.shape[0]
     middle = ring[row & _LAST]
-    up, down = ring[reflected(row - 1, rows) & _LAST], ring[reflected(row + 1, rows) & _LAST]
+    up, down = ring[_reflected(row - 1, rows) & _LAST], ring[_reflected(row + 1, rows) & _LAST]
     for x in range(width):
         column_sums[x + 1] = np.float32(2) * middle[x] + (up[x] + down[x])
     column_sums[0] = column_sums[2]
@@ -352,15 +359,6 @@ def _smoothed_cells(rings, cell_row, cell_rows, cells):
 
 
 @njit(nogil=True, cache=True)
-def start_at(cell_row, done):
-    """Note in `done` (the next row of each stage, int64, shape (4,)) that `cell_row` is the first one wanted."""
-    done[3] = max(0, cell_row - _REACH)  # channels
-    done[2] = max(0, cell_row - 2 * _REACH)  # gradients at half scale
-    done[1] = max(0, 2 * done[3] - _REACH)  # gradients at full scale
-    done[0] = max(0, 2 * (cell_row - 2 * _REACH - 1))  # L, u, v
-
-
-@njit(nogil=True, cache=True)
 def _luv_rows_to(end, image, window, rings, done):
     outside = 0
     while done[0] < end:
@@ -372,26 +370,7 @@ def _luv_rows_to(end, image, window, rings, done):
 
 
 @njit(nogil=True, cache=True)
-def next_cell_row(image, window, cell_row, rings, done, cells):
-    """Make one row of cells; rows must be asked for one after another.
-
-    Parameters
-    ----------
-    image : ndarray of float32, shape (rows, columns, 1 or 3)
-    window : tuple of int
-        First row, first column, rows and columns of the part that is taken as the picture.
-    cell_row : int
-        Row of the padded picture at half resolution.
-    rings, done
-        What earlier rows left, see `Rings` and `start_at`.
-    cells : ndarray of float32, shape (PLANES, width)
-        Where the row goes; width at least that of the padded picture at half resolution.
-
-    Returns
-    -------
-    int
-        How many values outside 0 to 1 were met.
-    """
+def _next_cell_row(image, window, cell_row, rings, done, cells):
     rows = 2 * cells_along(window[2])
     outside = 0
     while done[3] < min(cell_row + _REACH + 1, rows // 2):
@@ -411,10 +390,27 @@ def next_cell_row(image, window, cell_row, rings, done, cells):
 
 
 @njit(nogil=True, cache=True)
-def cell_rows_between(image, window, first, end, rings, done, cells):
-    """Rows `first` to `end` - 1 of cells from scratch into `cells[0:]`; gives the count of values outside 0 to 1."""
-    start_at(first, done)
+def make_cell_rows(image, window, first, end, rings, done, cells):
+    """Make some rows of cells; rows must be asked for one after another.
+
+    Parameters
+    ----------
+    image : ndarray of float32, shape (rows, columns, 1 or 3)
+    window : tuple of int
+        First row, first column, rows and columns of the part that is taken as the picture.
+    first, end : int
+        Rows of the padded picture at half resolution.
+    rings, done
+        What earlier rows left, see `Rings` and `stages_starting_at`.
+    cells : ndarray of float32, shape (at least end - first, PLANES, width)
+        Where the rows go; width at least that of the padded picture at half resolution.
+
+    Returns
+    -------
+    int
+        How many values outside 0 to 1 were met.
+    """
     outside = 0
     for cell_row in range(first, end):
-        outside += next_cell_row(image, window, cell_row, rings, done, cells[cell_row - first])
+        outside += _next_cell_row(image, window, cell_row, rings, done, cells[cell_row - first])
     return outside

@@ -23,7 +23,8 @@ from vision.edges.forest.model import StructuredForest, shipped_forest
 Floats = NDArray[np.float32]
 Region = tuple[slice, slice]
 
-KEPT_ROWS = 64  # rows of cells made before the last fifteen move to the front again
+CELLS_AT_ONCE = 2_000_000  # values made before they are walked: 8 MB, so that they are still in the cache
+OVERLAP = PATCH_CELLS - 1  # rows of cells that the patches of one row and of the next ones share
 REACH_CELLS = 15  # further from a patch nothing changes its features
 
 
@@ -111,33 +112,45 @@ class EdgeDetector:
         first_column, end_column = _places_seeing(rectangle[2], rectangle[3], columns)
         left = max(0, 2 * (first_column - REACH_CELLS))
         right = min(columns, 2 * (end_column + PATCH_CELLS + REACH_CELLS))
-        places = (first_row, end_row, first_column - left // 2, end_column - left // 2)
-        work = self._workspace(channels.cells_along(right - left), end_row - first_row, colours)
+        window = (0, left, rows, right - left)
+        rings, work = self._memory_for(channels.cells_along(right - left), end_row - first_row, colours)
         tables = self._tables(work.cells.shape[2])
-        outside = walk.count_votes(image, (0, left, rows, right - left), places, left // 2, tables, work)
+        place_columns = (first_column - left // 2, end_column - left // 2)
+        done = channels.stages_starting_at(first_row)
+        at_once, kept = len(work.cells) - OVERLAP, 0
+        work.votes[:] = 0
+        outside = 0
+        for row in range(first_row, end_row, at_once):
+            end = min(row + at_once, end_row)
+            work.cells[:kept] = work.cells[len(work.cells) - kept :]
+            outside += channels.make_cell_rows(
+                image, window, row + kept, end + OVERLAP, rings, done, work.cells[kept:]
+            )
+            place_rows = (row - first_row, end - first_row)
+            walk.count_votes(place_rows, place_columns, place_rows[0], first_row + left // 2, tables, work)
+            kept = OVERLAP
         weight = np.float32(1 / (32 * 16 * self.forest.trees_evaluated))
-        corner = (2 * first_row, 2 * first_column)
-        walk.smoothed_votes(work.votes, corner, rectangle, (rows, columns), weight, strength)
+        even = (rows + rows % 2, columns + columns % 2)
+        walk.smoothed_votes(work.votes, (2 * first_row, left), rectangle, even, weight, strength)
         return outside
 
-    def _workspace(self, width: int, place_rows: int, colours: int) -> walk.Workspace:
-        """Memory for such a part: this thread's last one if it fits."""
-        stride = 32 * (-(-(width - 16) // 32)) + 16  # an odd number of cache lines: rows do not displace each other
-        kept = getattr(self._memory, "kept", None)
-        key = (stride, width, place_rows, colours)
-        if kept is None or kept[0] != key:
-            kept = (key, _workspace(stride, width, place_rows, colours))
-            self._memory.kept = kept
-        return kept[1]
+    def _memory_for(self, width: int, place_rows: int, colours: int) -> tuple[channels.Rings, walk.Workspace]:
+        """Memory for such a part: what this thread used last if it fits."""
+        key = (width, place_rows, colours)
+        if getattr(self._memory, "key", None) != key:
+            self._memory.rings = channels.new_rings(width, colours)
+            self._memory.work = _workspace(width, place_rows)
+            self._memory.key = key
+        return self._memory.rings, self._memory.work
 
 
-def _workspace(stride: int, width: int, place_rows: int, colours: int) -> walk.Workspace:
+def _workspace(width: int, place_rows: int) -> walk.Workspace:
+    stride = 32 * (-(-(width - 16) // 32)) + 16  # an odd number of cache lines: rows do not displace each other
+    at_once = max(walk.PLACE_ROWS, CELLS_AT_ONCE // (channels.PLANES * stride) // walk.PLACE_ROWS * walk.PLACE_ROWS)
     in_tile = walk.PLACE_ROWS * walk.PLACE_COLUMNS + walk.LANES
     return walk.Workspace(
-        cells=np.zeros((min(place_rows, KEPT_ROWS) + PATCH_CELLS - 1, channels.PLANES, stride), np.float32),
+        cells=np.zeros((min(place_rows, at_once) + OVERLAP, channels.PLANES, stride), np.float32),
         votes=np.zeros((2 * place_rows + LABEL_PX + 2, 2 * stride), np.uint16),
-        rings=channels.new_rings(width, colours),
-        done=np.zeros(4, np.int64),
         patches=np.zeros(in_tile, np.uint64),
         corners=np.zeros(in_tile, np.int64),
         arrived=np.zeros(walk.LANES, np.uint64),

@@ -1,13 +1,14 @@
-"""Compiled kernels: patches walk down the trees, leaves vote where edges are, votes become edge strength."""
+"""Compiled kernels: patches walk down the trees, leaves vote where edges are, votes become edge strength.
+
+Compiled code is kept on disk, and numba makes it anew when the file changes in which a function stands, not when
+another one does. So nothing here calls or reads what is compiled in `channels`, nor the other way round.
+"""
 
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-
-from vision.edges.forest import channels
-from vision.edges.forest.features import LABEL_PX, PATCH_CELLS
 
 NODE_WORDS = 4  # offset of the first operand, of the second, threshold, address of the left child: 16 bytes
 PLACE_ROWS = 16  # rows and columns of places that are walked together, so that their cells stay in the cache
@@ -53,8 +54,6 @@ class Workspace(NamedTuple):
     cells : ndarray of float32, shape (rows, PLANES, width)
         A place (i, j) reads from the cells (i to i + 15, j to j + 15).
     votes : ndarray of uint16, shape (rows, 2 * width)
-    rings, done
-        See `vision.edges.forest.channels`.
     patches : ndarray of uint64, shape (places of a tile + LANES,)
     corners : ndarray of int64, shape (places of a tile + LANES,)
     arrived : ndarray of uint64, shape (LANES,)
@@ -62,8 +61,6 @@ class Workspace(NamedTuple):
 
     cells: NDArray[np.float32]
     votes: NDArray[np.uint16]
-    rings: channels.Rings
-    done: NDArray[np.int64]
     patches: NDArray[np.uint64]
     corners: NDArray[np.int64]
     arrived: NDArray[np.uint64]
@@ -136,49 +133,34 @@ def _vote_in_tile(behind, tile, tables, work):
 
 
 @njit(nogil=True, cache=True)
-def count_votes(image, window, places, phase, tables, work):
-    """Count the votes of all places in a rectangle of the grid into `work.votes`, from (0, 0) on.
+def count_votes(rows, columns, held, phase, tables, work):
+    """Add the votes of all places in a rectangle of the grid to `work.votes`.
 
     Parameters
     ----------
-    image : ndarray of float32, shape (rows, columns, 1 or 3)
-    window : tuple of int
-        First row, first column, rows and columns of the part of the image that is looked at.
-    places : tuple of int
-        First row, end row, first column, end column on the window's grid.
+    rows, columns : tuple of int
+        First and end row, first and end column on the grid of `work.cells` and `work.votes`.
+    held : int
+        The row of the grid that stands first in `work.cells`.
     phase : int
-        i + j of the window's first place on the grid of the whole image.
+        i + j of the grid's first place on the grid of the whole image.
     tables : Tables
     work : Workspace
-
-    Returns
-    -------
-    int
-        How many values outside 0 to 1 were met.
     """
-    first_row, end_row, first_column, end_column = places
-    cells = work.cells
-    cell_stride, vote_stride = cells.shape[1] * cells.shape[2], work.votes.shape[1]
-    work.votes[:] = np.uint16(0)
-    channels.start_at(first_row, work.done)
-    outside = 0
-    held = made = first_row  # the row that stands first in `cells`, and the first one not yet made
-    for row in range(first_row, end_row, PLACE_ROWS):
-        rows = min(PLACE_ROWS, end_row - row)
-        needed = row + rows + PATCH_CELLS - 1
-        if needed - held > cells.shape[0]:
-            for kept in range(row, made):
-                cells[kept - row] = cells[kept - held]
-            held = row
-        while made < needed:
-            outside += channels.next_cell_row(image, window, made, work.rings, work.done, cells[made - held])
-            made += 1
-        for column in range(first_column, end_column, PLACE_COLUMNS):
+    cell_stride, vote_stride = work.cells.shape[1] * work.cells.shape[2], work.votes.shape[1]
+    for row in range(rows[0], rows[1], PLACE_ROWS):
+        for column in range(columns[0], columns[1], PLACE_COLUMNS):
             cell_corner = (row - held) * cell_stride + column
-            vote_corner = 2 * ((row - first_row) * vote_stride + column - first_column)
-            tile = (rows, min(PLACE_COLUMNS, end_column - column), cell_corner, vote_corner)
-            _vote_in_tile(-(phase + row + column), tile, tables, work)
-    return outside
+            vote_corner = 2 * (row * vote_stride + column)
+            size = min(PLACE_ROWS, rows[1] - row), min(PLACE_COLUMNS, columns[1] - column)
+            _vote_in_tile(-(phase + row + column), (size[0], size[1], cell_corner, vote_corner), tables, work)
+
+
+@njit(nogil=True, cache=True)
+def _reflected(index, length):
+    if index < 0:
+        return -index
+    return index if index < length else 2 * length - 2 - index
 
 
 @njit(nogil=True, cache=True)
@@ -194,7 +176,7 @@ def smoothed_votes(votes, place, region, shape, weight, strength):
     region : tuple of int
         First row, end row, first column, end column in the image: what is wanted.
     shape : tuple of int
-        Rows and columns of the image, at whose border votes are reflected.
+        Rows and columns of the image, made even, at whose border votes are reflected.
     weight : float32
     strength : ndarray of float32, shape (rows of the region, columns of the region)
         The result.
@@ -204,13 +186,13 @@ def smoothed_votes(votes, place, region, shape, weight, strength):
     inner = sums[1:-1]
     left = first_column - place[1]
     for row in range(first_row, end_row):
-        above = votes[channels.reflected(row - 1, shape[0]) - place[0]]
+        above = votes[_reflected(row - 1, shape[0]) - place[0]]
         here = votes[row - place[0]]
-        below = votes[channels.reflected(row + 1, shape[0]) - place[0]]
+        below = votes[_reflected(row + 1, shape[0]) - place[0]]
         for x in range(inner.shape[0]):
             inner[x] = 2 * here[left + x] + above[left + x] + below[left + x]
         for x, column in ((0, first_column - 1), (sums.shape[0] - 1, end_column)):
-            source = channels.reflected(column, shape[1]) - place[1]
+            source = _reflected(column, shape[1]) - place[1]
             sums[x] = 2 * here[source] + above[source] + below[source]
         smoothed = strength[row - first_row]
         for x in range(smoothed.shape[0]):
