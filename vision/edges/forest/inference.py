@@ -147,13 +147,11 @@ class EdgeDetector:
 def _workspace(width: int, place_rows: int) -> walk.Workspace:
     stride = 32 * (-(-(width - 16) // 32)) + 16  # an odd number of cache lines: rows do not displace each other
     at_once = max(walk.PLACE_ROWS, CELLS_AT_ONCE // (channels.PLANES * stride) // walk.PLACE_ROWS * walk.PLACE_ROWS)
-    in_tile = walk.PLACE_ROWS * walk.PLACE_COLUMNS + walk.LANES
     return walk.Workspace(
         cells=np.zeros((min(place_rows, at_once) + OVERLAP, channels.PLANES, stride), np.float32),
         votes=np.zeros((2 * place_rows + LABEL_PX + 2, 2 * stride), np.uint16),
-        patches=np.zeros(in_tile, np.uint64),
-        corners=np.zeros(in_tile, np.int64),
-        arrived=np.zeros(walk.LANES, np.uint64),
+        waiting_nodes=np.zeros(walk.LANES, np.uint64),
+        waiting_lanes=np.zeros(walk.LANES, np.uint64),
     )
 
 
@@ -184,24 +182,18 @@ def _places_seeing(first: int, end: int, pixels: int) -> tuple[int, int]:
 def _tables(forest: StructuredForest, width: int) -> walk.Tables:
     """Lay the forest out for cells of this width."""
     leaf = forest.left_children == 0
-    nodes, leaves = len(leaf), int(leaf.sum())
-    first_leaf = 1 << (walk.NODE_WORDS * nodes).bit_length()
-    words = np.zeros((first_leaf // walk.NODE_WORDS + leaves, walk.NODE_WORDS), np.uint32)
-    thresholds = words.view(np.float32)
     first, second = feature_offsets(np.arange(FEATURES), width)
-    words[:nodes, 0] = first[forest.feature_ids]
-    words[:nodes, 1] = second[forest.feature_ids]
-    thresholds[:nodes, 2] = np.where(leaf, np.inf, forest.thresholds)
-    roots = np.repeat(forest.tree_starts[:-1], np.diff(forest.tree_starts))
-    words[:nodes, 3] = walk.NODE_WORDS * (roots + forest.left_children)
-    leaf_addresses = first_leaf + walk.NODE_WORDS * np.arange(leaves)
-    words[:nodes, 3][leaf] = leaf_addresses
-    words[first_leaf // walk.NODE_WORDS :, 3] = leaf_addresses
-    thresholds[first_leaf // walk.NODE_WORDS :, 2] = np.inf
+    roots = np.repeat(forest.tree_starts[:-1], np.diff(forest.tree_starts)).astype(np.int64)
+    first_leaf = walk.NODE_WORDS * len(leaf)
+    words = np.zeros((len(leaf), walk.NODE_WORDS), np.uint32)
+    words[:, 0] = first[forest.feature_ids]
+    words[:, 1] = second[forest.feature_ids]
+    words.view(np.float32)[:, 2] = forest.thresholds
+    words[:, 3] = np.where(leaf, first_leaf + np.cumsum(leaf) - 1, walk.NODE_WORDS * (roots + forest.left_children))
     row, column = np.divmod(forest.edge_places.astype(np.int64), LABEL_PX)
     return walk.Tables(
         nodes=words.reshape(-1),
-        thresholds=thresholds.reshape(-1),
+        thresholds=words.view(np.float32).reshape(-1),
         roots=walk.NODE_WORDS * forest.tree_starts[:-1].astype(np.uint64),
         first_leaf=np.uint64(first_leaf),
         edge_starts=np.append(forest.edge_starts[:-1][leaf], forest.edge_starts[-1]).astype(np.int64),
