@@ -184,20 +184,17 @@ def _tables(forest: StructuredForest, width: int) -> walk.Tables:
     leaf = forest.left_children == 0
     first, second = feature_offsets(np.arange(FEATURES), width)
     roots = np.repeat(forest.tree_starts[:-1], np.diff(forest.tree_starts)).astype(np.int64)
-    first_leaf = walk.NODE_WORDS * len(leaf)
     words = np.zeros((len(leaf), walk.NODE_WORDS), np.uint32)
-    words[:, 0] = first[forest.feature_ids]
-    words[:, 1] = second[forest.feature_ids]
+    words[:, 0] = np.where(leaf, forest.edge_starts[:-1], first[forest.feature_ids])
+    words[:, 1] = np.where(leaf, forest.edge_starts[1:], second[forest.feature_ids])
     words.view(np.float32)[:, 2] = forest.thresholds
-    words[:, 3] = np.where(leaf, first_leaf + np.cumsum(leaf) - 1, walk.NODE_WORDS * (roots + forest.left_children))
-    row, column = np.divmod(forest.edge_places.astype(np.int64), LABEL_PX)
+    words[:, 3] = np.where(leaf, words.size, walk.NODE_WORDS * (roots + forest.left_children))
     return walk.Tables(
         nodes=words.reshape(-1),
         thresholds=words.view(np.float32).reshape(-1),
         roots=walk.NODE_WORDS * forest.tree_starts[:-1].astype(np.uint64),
-        first_leaf=np.uint64(first_leaf),
-        edge_starts=np.append(forest.edge_starts[:-1][leaf], forest.edge_starts[-1]).astype(np.int64),
-        edge_offsets=row * 2 * width + column,
+        end=np.uint64(words.size),
+        edge_places=forest.edge_places,
         trees_evaluated=forest.trees_evaluated,
     )
 

@@ -23,29 +23,27 @@ _NOBODY = np.uint64(0)
 
 
 class Tables(NamedTuple):
-    """The forest, laid out for one width of cells and of votes.
+    """The forest, laid out for one width of cells.
 
     Attributes
     ----------
     nodes : ndarray of uint32, shape (words,)
-        A patch goes to the right child, one node behind the left one, if its feature reaches the threshold. The
-        children of a leaf begin at `first_leaf`, behind all nodes, plus its number.
+        A patch goes to the right child, one node behind the left one, if its feature reaches the threshold. A leaf
+        has no operands but the start and end of its edges instead, and `end`, an address behind all nodes, as child.
     thresholds : ndarray of float32, shape (words,)
         The same memory, read as numbers.
     roots : ndarray of uint64, shape (trees,)
-    first_leaf : uint64
-    edge_starts : ndarray of int64, shape (leaves + 1,)
-    edge_offsets : ndarray of int64, shape (edge places,)
-        Offsets into the flattened votes.
+    end : uint64
+    edge_places : ndarray of uint8, shape (places,)
+        16 row + column in the label mask.
     trees_evaluated : int
     """
 
     nodes: NDArray[np.uint32]
     thresholds: NDArray[np.float32]
     roots: NDArray[np.uint64]
-    first_leaf: np.uint64
-    edge_starts: NDArray[np.int64]
-    edge_offsets: NDArray[np.int64]
+    end: np.uint64
+    edge_places: NDArray[np.uint8]
     trees_evaluated: int
 
 
@@ -94,12 +92,13 @@ def _reaching(_typing: Any, cells: Any, first: Any, second: Any, threshold: Any)
 
 
 @njit(nogil=True, cache=True)
-def _vote(tables, leaf, lanes, votes, corner):
+def _vote(tables, leaf, lanes, votes, corner, vote_stride):
     """Add the leaf's edges to the votes of all patches in `lanes`, whose label masks lie two pixels apart."""
-    for edge in range(tables.edge_starts[leaf], tables.edge_starts[leaf + 1]):
-        place = corner + tables.edge_offsets[edge]
+    for edge in range(np.int64(tables.nodes[leaf]), np.int64(tables.nodes[leaf + _1])):
+        place = np.int64(tables.edge_places[edge])
+        pixel = corner + (place >> 4) * vote_stride + (place & 15)
         for lane in range(LANES):
-            votes[place + 2 * lane] += np.uint16((lanes >> np.uint64(lane)) & _1)
+            votes[pixel + 2 * lane] += np.uint16((lanes >> np.uint64(lane)) & _1)
 
 
 @njit(nogil=True, cache=True)
@@ -114,7 +113,7 @@ def _walk(tables, root, lanes, patch, corner, cells, votes, work):
     node = root
     while True:
         child = np.uint64(nodes[node + _3])
-        while child < tables.first_leaf:
+        while child < tables.end:
             first, second = patch + nodes[node], patch + nodes[node + _1]
             right = _reaching(cells, first, second, thresholds[node + _2]) & lanes
             node = child
@@ -125,7 +124,7 @@ def _walk(tables, root, lanes, patch, corner, cells, votes, work):
                 waiting += 1
                 lanes ^= right
             child = np.uint64(nodes[node + _3])
-        _vote(tables, np.int64(child - tables.first_leaf), lanes, votes, corner)
+        _vote(tables, node, lanes, votes, corner, work.votes.shape[1])
         if waiting == 0:
             return
         waiting -= 1
