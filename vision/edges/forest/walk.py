@@ -65,8 +65,7 @@ class Workspace(NamedTuple):
     waiting_lanes: NDArray[np.uint64]
 
 
-@intrinsic
-def _reaching(_typing: Any, cells: Any, first: Any, second: Any, threshold: Any) -> Any:
+def _typed_reaching(_typing: Any, cells: Any, first: Any, second: Any, threshold: Any) -> Any:
     """Which of four neighbours reach the threshold: bit k is cells[first + k] - cells[second + k] >= threshold.
 
     One vector instruction each to load, subtract, compare and gather the bits; numba would do them one by one.
@@ -89,6 +88,9 @@ def _reaching(_typing: Any, cells: Any, first: Any, second: Any, threshold: Any)
         return builder.zext(bits, ir.IntType(64))
 
     return types.uint64(cells, first, second, threshold), build
+
+
+_reaching: Any = intrinsic(_typed_reaching)
 
 
 @njit(nogil=True, cache=True)
@@ -184,7 +186,7 @@ def _reflected(index, length):
 
 
 @njit(nogil=True, cache=True)
-def smoothed_votes(votes, place, region, shape, weight, strength):
+def smooth_votes(votes, place, part, shape, weight, strength, corner):
     """Smooth votes by [1 2 1] / 4 both ways and weight them.
 
     Parameters
@@ -193,15 +195,17 @@ def smoothed_votes(votes, place, region, shape, weight, strength):
         Of the pixel `place` and those below and to the right of it.
     place : tuple of int
         Row and column in the image.
-    region : tuple of int
+    part : tuple of int
         First row, end row, first column, end column in the image: what is wanted.
     shape : tuple of int
         Rows and columns of the image, made even, at whose border votes are reflected.
     weight : float32
-    strength : ndarray of float32, shape (rows of the region, columns of the region)
-        The result.
+    strength : ndarray of float32, shape (rows, columns)
+        Where the result goes.
+    corner : tuple of int
+        Row and column in the image of `strength`'s first pixel.
     """
-    first_row, end_row, first_column, end_column = region
+    first_row, end_row, first_column, end_column = part
     sums = np.empty(end_column - first_column + 2, np.int32)
     inner = sums[1:-1]
     left = first_column - place[1]
@@ -214,6 +218,6 @@ def smoothed_votes(votes, place, region, shape, weight, strength):
         for x, column in ((0, first_column - 1), (sums.shape[0] - 1, end_column)):
             source = _reflected(column, shape[1]) - place[1]
             sums[x] = 2 * here[source] + above[source] + below[source]
-        smoothed = strength[row - first_row]
+        smoothed = strength[row - corner[0], first_column - corner[1] : end_column - corner[1]]
         for x in range(smoothed.shape[0]):
             smoothed[x] = weight * np.float32(2 * sums[x + 1] + sums[x] + sums[x + 2])
