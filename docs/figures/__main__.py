@@ -11,6 +11,7 @@ import matplotlib as mpl
 import numpy as np
 
 mpl.use("Agg")
+import edge_detectors
 from matplotlib import pyplot as plt
 
 from appliance.calibrate import calibrate_folder
@@ -143,3 +144,4 @@ def ingot_strip():
 if __name__ == "__main__":
     edge_profile()
     ingot_strip()
+    edge_detectors.save(FOLDER)
