@@ -38,11 +38,41 @@ class Region:
         Homography from (column, row) to the camera's ideal points (x/z, y/z).
     from_world : ndarray of float64, shape (2, 3)
         For a turned region, column and row of (x, y, 1), a point of the plane, mm; NaN for rows of the picture.
+    raw : ndarray of uint8
+        The picture that was resampled.
+    camera : Camera
     """
 
     picture: Picture
     to_ideal: Array
     from_world: Array
+    raw: Picture
+    camera: Camera
+
+    def light(self, columns: Array, channel: int, decode: NDArray[np.float32]) -> Array:
+        """Linear light of the raw picture at places of the region, bilinear between raw pixels.
+
+        Code values that were mixed first and decoded afterwards are too dark at an edge, which then lies about
+        0.05 px inwards; so edges are located on this and not on `picture`.
+
+        Parameters
+        ----------
+        columns : ndarray of float64, shape (rows, m)
+            Columns of m places in each row of the region; NaN for none.
+        channel : int
+            0 for grey pictures.
+        decode : ndarray of float32, shape (256,)
+            Light of every code value.
+
+        Returns
+        -------
+        ndarray of float64, shape (rows, m)
+            NaN outside the raw picture.
+        """
+        raw = self.raw.reshape(*self.raw.shape[:2], -1)
+        light = np.empty(columns.shape)
+        _fill_light(self.to_ideal, self.camera.dist, self.camera.K, columns, raw, channel, decode, light)
+        return light
 
 
 class RegionSampler:
@@ -84,7 +114,7 @@ class RegionSampler:
         to_ideal = np.column_stack([R[:, 0], R[:, 1], R[:, 2] * PLANE_HEIGHT_MM + t]) @ to_world
         columns = (max(last, first + 1) - first) * COLUMN_BLOCK
         maps = self._map((turn, first, columns), to_ideal)
-        return Region(_remapped(image, maps), to_ideal, np.linalg.inv(to_world)[:2])
+        return Region(_remapped(image, maps), to_ideal, np.linalg.inv(to_world)[:2], image, self._camera)
 
     def _to_world(self, turn: float, first_mm: float) -> Array:
         """Homography from (column, row) to (x, y), mm, on the plane."""
@@ -117,7 +147,7 @@ def picture_region(camera: Camera, image: Picture, region_y_mm: tuple[float, flo
     rows = max(2, round(high - low) + 1)
     to_ideal = np.linalg.inv(camera.K) @ np.array([[1.0, 0.0, 0.0], [0.0, 1.0, low], [0.0, 0.0, 1.0]])
     maps = fixed_point_map(camera, to_ideal, (rows, width), _farthest(camera))
-    return Region(_remapped(image, maps), to_ideal, np.full((2, 3), np.nan))
+    return Region(_remapped(image, maps), to_ideal, np.full((2, 3), np.nan), image, camera)
 
 
 def pixel_size_mm(camera: Camera) -> float:
@@ -161,23 +191,47 @@ def _farthest(camera: Camera) -> float:
 
 
 @njit(nogil=True, cache=True)
+def _raw_pixel(H, dist, K, c, r):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    """Pixel (x, y) of the raw picture at a place of a region, and its squared ideal radius; infinite behind the camera."""
+    w = H[2, 0] * c + H[2, 1] * r + H[2, 2]
+    if w <= 0.0:
+        return 0.0, 0.0, np.inf
+    x = (H[0, 0] * c + H[0, 1] * r + H[0, 2]) / w
+    y = (H[1, 0] * c + H[1, 1] * r + H[1, 2]) / w
+    r2 = x * x + y * y
+    radial = 1.0 + r2 * (dist[0] + r2 * (dist[1] + r2 * dist[4]))
+    u = x * radial + 2.0 * dist[2] * x * y + dist[3] * (r2 + 2.0 * x * x)
+    v = y * radial + dist[2] * (r2 + 2.0 * y * y) + 2.0 * dist[3] * x * y
+    return K[0, 0] * u + K[0, 2], K[1, 1] * v + K[1, 2], r2
+
+
+@njit(nogil=True, cache=True)
 def _fill_map(H, dist, K, radius2, whole, part):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
     rows, columns = part.shape
     for r in range(rows):
         for c in range(columns):
-            w = H[2, 0] * c + H[2, 1] * r + H[2, 2]
-            x = (H[0, 0] * c + H[0, 1] * r + H[0, 2]) / w
-            y = (H[1, 0] * c + H[1, 1] * r + H[1, 2]) / w
-            r2 = x * x + y * y
-            if w <= 0.0 or r2 > radius2:
+            x, y, r2 = _raw_pixel(H, dist, K, c, r)
+            if r2 > radius2:
                 whole[r, c, 0] = whole[r, c, 1] = -2
                 part[r, c] = 0
                 continue
-            radial = 1.0 + r2 * (dist[0] + r2 * (dist[1] + r2 * dist[4]))
-            u = x * radial + 2.0 * dist[2] * x * y + dist[3] * (r2 + 2.0 * x * x)
-            v = y * radial + dist[2] * (r2 + 2.0 * y * y) + 2.0 * dist[3] * x * y
-            px = int(np.floor(32.0 * (K[0, 0] * u + K[0, 2]) + 0.5))
-            py = int(np.floor(32.0 * (K[1, 1] * v + K[1, 2]) + 0.5))
+            px, py = int(np.floor(32.0 * x + 0.5)), int(np.floor(32.0 * y + 0.5))
             whole[r, c, 0] = min(max(px >> 5, -2), 32000)
             whole[r, c, 1] = min(max(py >> 5, -2), 32000)
             part[r, c] = (py & 31) * 32 + (px & 31)
+
+
+@njit(nogil=True, cache=True)
+def _fill_light(H, dist, K, columns, raw, channel, decode, light):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+    height, width = raw.shape[:2]
+    for r in range(columns.shape[0]):
+        for k in range(columns.shape[1]):
+            light[r, k] = np.nan
+            x, y, r2 = _raw_pixel(H, dist, K, columns[r, k], r)
+            if not (r2 < np.inf and 0.0 <= x < width - 1 and 0.0 <= y < height - 1):
+                continue
+            j, i = int(x), int(y)
+            u, v = x - j, y - i
+            upper = (1 - u) * decode[raw[i, j, channel]] + u * decode[raw[i, j + 1, channel]]
+            lower = (1 - u) * decode[raw[i + 1, j, channel]] + u * decode[raw[i + 1, j + 1, channel]]
+            light[r, k] = (1 - v) * upper + v * lower

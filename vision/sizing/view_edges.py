@@ -24,7 +24,8 @@ SEARCH_PX = 12  # how far from the rough outline an edge may be
 NEAR_LINE_PX = 2.5  # boundary points further from the frame's line are not the bar's edge
 STRIP_PX = 16  # to either side of an edge: what counts to its boundaries of interest
 MARGIN_PX = 40  # beyond the strip: what an edge detector may look at
-PROFILE_PX = 9  # half length of a row's profile across an edge
+PROFILE_PX, PROFILE_STEP_PX = 9, 0.5  # half length of a row's profile across an edge, and its step
+FIRST_BLUR_PX = 1.5  # taken before the edge's own is known
 BLUR_EVERY = 16  # rows: the blur of an edge changes little along it
 LEAST_ROWS = 20  # with an edge: fewer are no limb
 
@@ -128,7 +129,7 @@ def edges_by_lines(
         detector has its ridge.
     """
     mask = hot_mask(region.picture)
-    limbs = [_limb(region.picture, mask, line, side, method, decode) for line, side in zip(rough, (-1, 1), strict=True)]
+    limbs = [_limb(region, mask, line, side, method, decode) for line, side in zip(rough, (-1, 1), strict=True)]
     windows = region.picture.shape[0] // window_rows
     rows = np.arange(windows * window_rows, dtype=np.float64).reshape(windows, window_rows)
     columns = [limb.column[: rows.size].reshape(rows.shape) for limb in limbs]
@@ -150,16 +151,16 @@ def _outline_of_lines(lines: list[Array | None], rows: int) -> BarOutline | None
 
 
 def _limb(
-    picture: Picture, mask: Picture, rough: Array, side: int, method: EdgeMethod, decode: NDArray[np.float32] | None
+    region: Region, mask: Picture, rough: Array, side: int, method: EdgeMethod, decode: NDArray[np.float32] | None
 ) -> _Limb:
-    rows, columns = picture.shape[:2]
+    rows, columns = region.picture.shape[:2]
     ends = rough[1] + rough[0] * np.array([0.0, rows - 1.0])
     first = max(0, int(ends.min()) - STRIP_PX - MARGIN_PX)
     last = min(columns, int(ends.max()) + STRIP_PX + MARGIN_PX + 1)
     nothing = _Limb(np.full(rows, np.nan), np.zeros(rows), None)
     if last - first < 2 * PROFILE_PX + 1:
         return nothing
-    found = boundaries_of_interest(picture[:, first:last], mask[:, first:last], method)
+    found = boundaries_of_interest(region.picture[:, first:last], mask[:, first:last], method)
     row, column = np.nonzero(found.thin)
     line = _line(row.astype(np.float64), column + float(first), rough)
     if line is None:
@@ -168,7 +169,7 @@ def _limb(
     area = _area(found.band, first, line)
     if decode is None:
         return _Limb(ridge, area, line)
-    return _at_half_level(picture, line, side, np.isfinite(ridge), area, decode)
+    return _at_half_level(region, line, side, np.isfinite(ridge), area, decode)
 
 
 def _line(row: Array, column: Array, rough: Array) -> Array | None:
@@ -203,43 +204,45 @@ def _area(band: Picture, first: int, line: Array) -> Array:
 
 
 def _at_half_level(
-    picture: Picture, line: Array, side: int, there: NDArray[np.bool_], area: Array, decode: NDArray[np.float32]
+    region: Region, line: Array, side: int, there: NDArray[np.bool_], area: Array, decode: NDArray[np.float32]
 ) -> _Limb:
     """Edge of each row at half level, from the brightest channel that is not overexposed along the edge."""
-    rows, columns = picture.shape[:2]
-    offsets = np.arange(-float(PROFILE_PX), PROFILE_PX + 1.0)
-    middle = np.rint(line[0] * np.arange(rows) + line[1])
-    at = (middle[:, None] - side * offsets).astype(np.int64)
-    there = there & np.all((at >= 0) & (at < columns), axis=1)
-    codes = picture.reshape(rows, columns, -1)[np.flatnonzero(there)[:, None], at[there]]
+    rows = len(there)
+    offsets = np.arange(-PROFILE_PX, PROFILE_PX + PROFILE_STEP_PX, PROFILE_STEP_PX)
+    middle = np.where(there, line[0] * np.arange(rows) + line[1], np.nan)
     tried: list[_Limb] = []
-    for channel in np.argsort(-np.median(codes[:, -3:], axis=(0, 1))) if codes.size else []:
-        place, clipped, contrast = _crossings(codes[..., channel], offsets, decode)
-        column = np.full(rows, np.nan)
-        column[there] = np.where(clipped, np.nan, middle[there] - side * place)
+    for channel in np.argsort(-_brightness(region.picture, line, side)):
+        profile = region.light(middle[:, None] - side * offsets, int(channel), decode)
+        place, clipped, contrast = _crossings(profile, offsets, float(decode[CLIPPED_CODE]))
+        column = np.where(clipped, np.nan, middle - side * place)
         share = np.count_nonzero(clipped) / max(1, np.count_nonzero(np.isfinite(place)))
         tried.append(_Limb(column, area, _line_of_rows(column), share, contrast))
         if share <= CLIPPED_FEW:
             break
-    return min(tried, key=lambda limb: limb.clipped_share) if tried else _Limb(np.full(rows, np.nan), area, None)
+    return min(tried, key=lambda limb: limb.clipped_share)
 
 
-def _crossings(
-    codes: Picture, offsets: Array, decode: NDArray[np.float32]
-) -> tuple[Array, NDArray[np.bool_], float]:
+def _brightness(picture: Picture, line: Array, side: int) -> Array:
+    """Median code value of each channel just inside an edge."""
+    rows, columns = picture.shape[:2]
+    inside = np.rint(line[0] * np.arange(rows) + line[1]).astype(np.int64) - side * (PROFILE_PX - 1)
+    channels = picture.reshape(rows, columns, -1)
+    return np.median(channels[np.arange(rows), np.clip(inside, 0, columns - 1)], axis=0)
+
+
+def _crossings(profile: Array, offsets: Array, clipped_light: float) -> tuple[Array, NDArray[np.bool_], float]:
     """Place of the half level on each profile, whether the bar is overexposed beside it, and the edge's contrast."""
-    profile = decode[codes].astype(np.float64)
-    first = half_level_crossing(profile, offsets, 1.0, expected_px=0.0)
+    first = half_level_crossing(profile, offsets, FIRST_BLUR_PX, expected_px=0.0)
     found = np.flatnonzero(np.isfinite(first.place_px))
     if found.size < LEAST_ROWS:
-        return np.full(len(codes), np.nan), np.zeros(len(codes), dtype=bool), np.inf
+        return np.full(len(profile), np.nan), np.zeros(len(profile), dtype=bool), np.inf
     sample = found[:: max(1, min(BLUR_EVERY, found.size // LEAST_ROWS))]
     blur_px = edge_blur_px(profile[sample], offsets, first.place_px[sample])
     even = half_level_crossing(profile, offsets, blur_px, expected_px=0.0)
     shading = edge_shading(profile, offsets, even, blur_px)
     edge = half_level_crossing(profile, offsets, blur_px, expected_px=0.0, shading=shading)
     found = np.isfinite(edge.place_px)
-    clipped = found & (edge.bright >= decode[CLIPPED_CODE])
+    clipped = found & (edge.bright >= clipped_light)
     with np.errstate(divide="ignore", invalid="ignore"):
         contrast = np.median(edge.bright[found]) / np.median(edge.dark[found]) if found.any() else np.inf
     return edge.place_px, clipped, float(contrast)
