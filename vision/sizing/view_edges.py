@@ -27,6 +27,7 @@ MARGIN_PX = 40  # beyond the strip: what an edge detector may look at
 PROFILE_PX, PROFILE_STEP_PX = 9, 0.5  # half length of a row's profile across an edge, and its step
 FIRST_BLUR_PX = 1.5  # taken before the edge's own is known
 BLUR_EVERY = 16  # rows: the blur of an edge changes little along it
+LEAST_GATE_PX = 0.3  # points that near to the line are on it, however little the others scatter
 LEAST_ROWS = 20  # with an edge: fewer are no limb
 
 
@@ -128,8 +129,7 @@ def edges_by_lines(
         Light of every code value: points move to half level in linear light. None: they stay where the edge
         detector has its ridge.
     """
-    mask = hot_mask(region.picture)
-    limbs = [_limb(region, mask, line, side, method, decode) for line, side in zip(rough, (-1, 1), strict=True)]
+    limbs = [_limb(region, line, side, method, decode) for line, side in zip(rough, (-1, 1), strict=True)]
     windows = region.picture.shape[0] // window_rows
     rows = np.arange(windows * window_rows, dtype=np.float64).reshape(windows, window_rows)
     columns = [limb.column[: rows.size].reshape(rows.shape) for limb in limbs]
@@ -150,26 +150,56 @@ def _outline_of_lines(lines: list[Array | None], rows: int) -> BarOutline | None
     return BarOutline(*chains) if len(chains) == len(lines) else None
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Found:
+    """Thin edges in the strip along one edge of the bar, and the area of their band in each row."""
+
+    row: NDArray[np.int64]
+    column: Array
+    area: Array
+
+    @property
+    def has_edge(self) -> NDArray[np.bool_]:
+        """Rows with any edge."""
+        return np.bincount(self.row, minlength=len(self.area)) > 0
+
+    def near(self, line: Array) -> Array:
+        """Mean column of the thin edge's pixels near a line in each row, NaN without any."""
+        near = np.abs(self.column - (line[0] * self.row + line[1])) <= NEAR_LINE_PX
+        count = np.bincount(self.row[near], minlength=len(self.area))
+        with np.errstate(invalid="ignore"):
+            total = np.bincount(self.row[near], self.column[near], minlength=len(self.area))
+            return total / np.where(count > 0, count, np.nan)
+
+    def nothing(self, clipped_share: float = 0.0) -> _Limb:
+        """Return a limb without points."""
+        return _Limb(np.full(len(self.area), np.nan), self.area, None, clipped_share)
+
+
 def _limb(
-    region: Region, mask: Picture, rough: Array, side: int, method: EdgeMethod, decode: NDArray[np.float32] | None
+    region: Region, rough: Array, side: int, method: EdgeMethod, decode: NDArray[np.float32] | None
 ) -> _Limb:
     rows, columns = region.picture.shape[:2]
     ends = rough[1] + rough[0] * np.array([0.0, rows - 1.0])
     first = max(0, int(ends.min()) - STRIP_PX - MARGIN_PX)
     last = min(columns, int(ends.max()) + STRIP_PX + MARGIN_PX + 1)
-    nothing = _Limb(np.full(rows, np.nan), np.zeros(rows), None)
-    if last - first < 2 * PROFILE_PX + 1:
-        return nothing
-    found = boundaries_of_interest(region.picture[:, first:last], mask[:, first:last], method)
-    row, column = np.nonzero(found.thin)
+    strip = region.picture[:, first:last]
+    edges = boundaries_of_interest(strip, _around(rough, first, strip.shape), method)
+    row, column = np.nonzero(edges.thin)
     line = _line(row.astype(np.float64), column + float(first), rough)
     if line is None:
-        return nothing
-    ridge = _ridge(row, column + float(first), line, rows)
-    area = _area(found.band, first, line)
+        return _Limb(np.full(rows, np.nan), np.zeros(rows), None)
+    near = np.abs(column + first - (line[0] * row + line[1])) <= STRIP_PX
+    found = _Found(row[near], column[near] + float(first), _area(edges.band, first, line))
     if decode is None:
-        return _Limb(ridge, area, line)
-    return _at_half_level(region, line, side, np.isfinite(ridge), area, decode)
+        return _Limb(found.near(line), found.area, line)
+    return _at_half_level(region, line, side, found, decode)
+
+
+def _around(line: Array, first: int, shape: tuple[int, ...]) -> Picture:
+    """Mask of a strip: what is near the rough line, hot or covered by scale."""
+    away = np.arange(first, first + shape[1]) - (line[0] * np.arange(shape[0]) + line[1])[:, None]
+    return (np.abs(away) <= STRIP_PX).astype(np.uint8)
 
 
 def _line(row: Array, column: Array, rough: Array) -> Array | None:
@@ -186,14 +216,6 @@ def _line(row: Array, column: Array, rough: Array) -> Array | None:
     return straight(row[agree], column[agree])
 
 
-def _ridge(row: NDArray[np.int64], column: Array, line: Array, rows: int) -> Array:
-    """Mean column of the thin edge's pixels near the line in each row, NaN without any."""
-    near = np.abs(column - (line[0] * row + line[1])) <= NEAR_LINE_PX
-    count = np.bincount(row[near], minlength=rows)
-    with np.errstate(invalid="ignore"):
-        return np.bincount(row[near], column[near], minlength=rows) / np.where(count > 0, count, np.nan)
-
-
 def _area(band: Picture, first: int, line: Array) -> Array:
     """Pixels of the band within `STRIP_PX` of the line in each row."""
     rows, columns = band.shape
@@ -203,23 +225,60 @@ def _area(band: Picture, first: int, line: Array) -> Array:
     return np.where(inside, np.take_along_axis(band, np.clip(at, 0, columns - 1), axis=1), 0).sum(axis=1, dtype=float)
 
 
-def _at_half_level(
-    region: Region, line: Array, side: int, there: NDArray[np.bool_], area: Array, decode: NDArray[np.float32]
-) -> _Limb:
+def _at_half_level(region: Region, line: Array, side: int, found: _Found, decode: NDArray[np.float32]) -> _Limb:
     """Edge of each row at half level, from the brightest channel that is not overexposed along the edge."""
-    rows = len(there)
-    offsets = np.arange(-PROFILE_PX, PROFILE_PX + PROFILE_STEP_PX, PROFILE_STEP_PX)
-    middle = np.where(there, line[0] * np.arange(rows) + line[1], np.nan)
     tried: list[_Limb] = []
     for channel in np.argsort(-_brightness(region.picture, line, side)):
-        profile = region.light(middle[:, None] - side * offsets, int(channel), decode)
-        place, clipped, contrast = _crossings(profile, offsets, float(decode[CLIPPED_CODE]))
-        column = np.where(clipped, np.nan, middle - side * place)
-        share = np.count_nonzero(clipped) / max(1, np.count_nonzero(np.isfinite(place)))
-        tried.append(_Limb(column, area, _line_of_rows(column), share, contrast))
-        if share <= CLIPPED_FEW:
+        tried.append(_channel_at_half_level(region, line, side, found, int(channel), decode))
+        if tried[-1].clipped_share <= CLIPPED_FEW:
             break
     return min(tried, key=lambda limb: limb.clipped_share)
+
+
+def _channel_at_half_level(
+    region: Region, line: Array, side: int, found: _Found, channel: int, decode: NDArray[np.float32]
+) -> _Limb:
+    """Two passes: the outermost rise of light finds the line, whatever patches lie behind it; then half level around it."""
+    rows = np.arange(len(found.area), dtype=np.float64)
+    offsets = np.arange(-PROFILE_PX, PROFILE_PX + PROFILE_STEP_PX, PROFILE_STEP_PX)
+    middle = np.where(found.has_edge, line[0] * rows + line[1], np.nan)
+    profile = region.light(middle[:, None] - side * offsets, channel, decode)
+    place = half_level_crossing(profile, offsets, FIRST_BLUR_PX).place_px
+    blur_px = _blur_px(profile, offsets, place)
+    better = _line_of_rows(middle - side * place)
+    if better is None or blur_px is None:
+        return found.nothing()
+    ridge = found.near(better)
+    middle = np.where(np.isfinite(ridge), better[0] * rows + better[1], np.nan)
+    profile = region.light(middle[:, None] - side * offsets, channel, decode)
+    even = half_level_crossing(profile, offsets, blur_px, expected_px=0.0)
+    shading = edge_shading(profile, offsets, even, blur_px)
+    edge = half_level_crossing(profile, offsets, blur_px, expected_px=0.0, shading=shading)
+    there = np.isfinite(edge.place_px)
+    clipped = there & (edge.bright >= decode[CLIPPED_CODE])
+    column = np.where(clipped, np.nan, middle - side * edge.place_px)
+    share = np.count_nonzero(clipped) / max(1, np.count_nonzero(there))
+    best = _line_of_rows(column)
+    if best is None:
+        return found.nothing(share)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        contrast = float(np.median(edge.bright[there]) / np.median(edge.dark[there]))
+    return _Limb(_on_line(column, best), found.area, best, share, contrast)
+
+
+def _blur_px(profile: Array, offsets: Array, place: Array) -> float | None:
+    found = np.flatnonzero(np.isfinite(place))
+    if found.size < LEAST_ROWS:
+        return None
+    sample = found[:: max(1, min(BLUR_EVERY, found.size // LEAST_ROWS))]
+    return edge_blur_px(profile[sample], offsets, place[sample])
+
+
+def _on_line(column: Array, line: Array) -> Array:
+    """Columns without those off the line by more than their scatter explains."""
+    away = np.abs(column - (line[0] * np.arange(len(column)) + line[1]))
+    limit = max(LEAST_GATE_PX, 3 * 1.4826 * float(np.nanmedian(away)))
+    return np.where(away <= limit, column, np.nan)
 
 
 def _brightness(picture: Picture, line: Array, side: int) -> Array:
@@ -228,24 +287,6 @@ def _brightness(picture: Picture, line: Array, side: int) -> Array:
     inside = np.rint(line[0] * np.arange(rows) + line[1]).astype(np.int64) - side * (PROFILE_PX - 1)
     channels = picture.reshape(rows, columns, -1)
     return np.median(channels[np.arange(rows), np.clip(inside, 0, columns - 1)], axis=0)
-
-
-def _crossings(profile: Array, offsets: Array, clipped_light: float) -> tuple[Array, NDArray[np.bool_], float]:
-    """Place of the half level on each profile, whether the bar is overexposed beside it, and the edge's contrast."""
-    first = half_level_crossing(profile, offsets, FIRST_BLUR_PX, expected_px=0.0)
-    found = np.flatnonzero(np.isfinite(first.place_px))
-    if found.size < LEAST_ROWS:
-        return np.full(len(profile), np.nan), np.zeros(len(profile), dtype=bool), np.inf
-    sample = found[:: max(1, min(BLUR_EVERY, found.size // LEAST_ROWS))]
-    blur_px = edge_blur_px(profile[sample], offsets, first.place_px[sample])
-    even = half_level_crossing(profile, offsets, blur_px, expected_px=0.0)
-    shading = edge_shading(profile, offsets, even, blur_px)
-    edge = half_level_crossing(profile, offsets, blur_px, expected_px=0.0, shading=shading)
-    found = np.isfinite(edge.place_px)
-    clipped = found & (edge.bright >= clipped_light)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        contrast = np.median(edge.bright[found]) / np.median(edge.dark[found]) if found.any() else np.inf
-    return edge.place_px, clipped, float(contrast)
 
 
 def _line_of_rows(column: Array) -> Array | None:
