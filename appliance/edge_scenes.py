@@ -103,12 +103,11 @@ def _crops(setup: Setup, side: Side, picture: Picture, rng: Rng) -> Iterator[Exa
         places = _places(camera, bar, limb, rng)
         image, *behind = (_resampled(plane, places, cv2.INTER_LINEAR) for plane in (colour, *hidden))
         segments = _resampled(parts, places, cv2.INTER_NEAREST).astype(np.int16)
-        certain = _paint_bars(segments, setup, camera, places)
+        _paint_bars(segments, setup, camera, places)
         for coverage in behind:
             segments[coverage > 0.5] = FIRST_BAR - 1
-            certain &= coverage <= 0.5
         shown = _as_shown(image, setup.sensor.response, rng)
-        yield Example(shown, (_without_invisible(segments, certain, shown),))
+        yield Example(shown, (_without_invisible(segments, shown),))
 
 
 def _hidden(post: Post, setup: Setup) -> Image:
@@ -120,17 +119,11 @@ def _resampled(plane: NDArray[np.generic], places: NDArray[np.float64], how: int
     return np.asarray(cv2.remap(np.asarray(plane), places.astype(np.float32), None, how))
 
 
-def _paint_bars(
-    segments: Segments, setup: Setup, camera: TrueCamera, places: NDArray[np.float64]
-) -> NDArray[np.bool_]:
-    """Number the pixels that show a bar; gives which they are."""
+def _paint_bars(segments: Segments, setup: Setup, camera: TrueCamera, places: NDArray[np.float64]) -> None:
+    """Number the pixels that show a bar, the nearest bar last."""
     rays = camera.rays(places)
-    painted = np.zeros(segments.shape, np.bool_)
     for number, bar in enumerate(sorted(setup.bars, key=lambda bar: -abs(bar.offset_mm - camera.centre_mm[0]))):
-        seen = hits(camera.centre_mm, rays, bar).seen
-        segments[seen] = FIRST_BAR + number
-        painted |= seen
-    return painted
+        segments[hits(camera.centre_mm, rays, bar).seen] = FIRST_BAR + number
 
 
 def _places(camera: TrueCamera, bar: Bar, limb: NDArray[np.float64], rng: Rng) -> NDArray[np.float64]:
@@ -174,8 +167,8 @@ def _as_shown(image: Image, response: Response, rng: Rng) -> Image:
     return np.asarray(encode(light, "srgb"), np.float32)
 
 
-def _without_invisible(segments: Segments, certain: NDArray[np.bool_], image: Image) -> Segments:
-    """Segments with `UNKNOWN` around outlines that cannot be seen; those of `certain` pixels always count."""
+def _without_invisible(segments: Segments, image: Image) -> Segments:
+    """Segments with `UNKNOWN` around outlines that cannot be seen."""
     grey = image if image.ndim == 2 else image.max(axis=2)
     smooth = cv2.GaussianBlur(grey, (0, 0), 2.0)
     slope = cv2.magnitude(*(cv2.Sobel(smooth, cv2.CV_32F, dx, 1 - dx, scale=1 / 8) for dx in (1, 0)))
@@ -183,8 +176,7 @@ def _without_invisible(segments: Segments, certain: NDArray[np.bool_], image: Im
     outline[1:] |= segments[1:] != segments[:-1]
     outline[:, 1:] |= segments[:, 1:] != segments[:, :-1]
     around = np.ones((2 * SEEN_PX + 1, 2 * SEEN_PX + 1), np.uint8)
-    near_certain = cv2.dilate(certain.astype(np.uint8), around) > 0
-    hidden = outline & (slope < LEAST_STEP) & ~near_certain
+    hidden = outline & (slope < LEAST_STEP)
     return np.where(cv2.dilate(hidden.astype(np.uint8), around) > 0, np.int16(UNKNOWN), segments)
 
 
@@ -205,7 +197,7 @@ def _shapes(rng: Rng) -> Example:
     code = encode(np.clip(light, 0, 1), ("srgb", "srgb", "gamma 2.2", "linear")[int(rng.integers(4))])
     image = (np.rint(255 * code) / 255).astype(np.float32)
     shown = image if rng.random() < 0.4 else image[..., int(rng.integers(3))].copy()
-    return Example(shown, (_without_invisible(segments, np.zeros(segments.shape, np.bool_), shown),))
+    return Example(shown, (_without_invisible(segments, shown),))
 
 
 def _distance(x: NDArray[np.float64], y: NDArray[np.float64], rng: Rng) -> NDArray[np.float64]:

@@ -104,6 +104,16 @@ def _mirrored(index, length):
 
 
 @njit(nogil=True, cache=True)
+def _reflected(index, length):
+    """The same without repeating the outermost value: ... 2 1 | 0 1 2 ... | last, last - 1 ..."""
+    if index < 0:
+        return -index
+    if index >= length:
+        return 2 * length - 2 - index
+    return index
+
+
+@njit(nogil=True, cache=True)
 def _grey_row(picture, lightness):
     outside = 0
     for x in range(picture.shape[0]):
@@ -229,14 +239,14 @@ def _gradient_row(luv, row, rows, magnitude, orientation):
 
 @njit(nogil=True, cache=True)
 def _strongly_smoothed_row(ring, row, rows, column_sums, smoothed):
-    """Triangle filter of radius 4 in both directions; the border's values are mirrored."""
+    """Triangle filter of radius 4 in both directions; beyond the border values are reflected."""
     width = smoothed.shape[0]
     sums = column_sums[_REACH : _REACH + width]
     middle = ring[row & _LAST]
-    one_up, one_down = ring[_mirrored(row - 1, rows) & _LAST], ring[_mirrored(row + 1, rows) & _LAST]
-    two_up, two_down = ring[_mirrored(row - 2, rows) & _LAST], ring[_mirrored(row + 2, rows) & _LAST]
-    three_up, three_down = ring[_mirrored(row - 3, rows) & _LAST], ring[_mirrored(row + 3, rows) & _LAST]
-    four_up, four_down = ring[_mirrored(row - 4, rows) & _LAST], ring[_mirrored(row + 4, rows) & _LAST]
+    one_up, one_down = ring[_reflected(row - 1, rows) & _LAST], ring[_reflected(row + 1, rows) & _LAST]
+    two_up, two_down = ring[_reflected(row - 2, rows) & _LAST], ring[_reflected(row + 2, rows) & _LAST]
+    three_up, three_down = ring[_reflected(row - 3, rows) & _LAST], ring[_reflected(row + 3, rows) & _LAST]
+    four_up, four_down = ring[_reflected(row - 4, rows) & _LAST], ring[_reflected(row + 4, rows) & _LAST]
     for x in range(width):
         sums[x] = (
             np.float32(5) * middle[x]
@@ -246,8 +256,8 @@ def _strongly_smoothed_row(ring, row, rows, column_sums, smoothed):
     for x in range(width):
         sums[x] += np.float32(2) * (three_up[x] + three_down[x]) + (four_up[x] + four_down[x])
     for x in range(_REACH):
-        column_sums[x] = column_sums[2 * _REACH - 1 - x]
-        column_sums[_REACH + width + x] = column_sums[_REACH + width - 1 - x]
+        column_sums[x] = column_sums[2 * _REACH - x]
+        column_sums[_REACH + width + x] = column_sums[_REACH + width - 2 - x]
     for x in range(width):
         smoothed[x] = np.float32(1 / 625) * (
             np.float32(5) * column_sums[x + 4]
@@ -260,18 +270,16 @@ def _strongly_smoothed_row(ring, row, rows, column_sums, smoothed):
 
 @njit(nogil=True, cache=True)
 def _lightly_smoothed_row(ring, row, rows, column_sums, smoothed):
-    """[1 2 1] / 4 in both directions; the border's values are mirrored."""
+    """[1 2 1] / 4 in both directions; beyond the border values are reflected."""
     width = smoothed.shape[0]
     middle = ring[row & _LAST]
-    up, down = ring[_mirrored(row - 1, rows) & _LAST], ring[_mirrored(row + 1, rows) & _LAST]
+    up, down = ring[_reflected(row - 1, rows) & _LAST], ring[_reflected(row + 1, rows) & _LAST]
     for x in range(width):
         column_sums[x + 1] = np.float32(2) * middle[x] + (up[x] + down[x])
-    column_sums[0] = column_sums[1]
-    column_sums[width + 1] = column_sums[width]
+    column_sums[0] = column_sums[2]
+    column_sums[width + 1] = column_sums[width - 1]
     for x in range(width):
-        smoothed[x] = np.float32(1 / 16) * (
-            np.float32(2) * column_sums[x + 1] + (column_sums[x] + column_sums[x + 2])
-        )
+        smoothed[x] = np.float32(1 / 16) * (np.float32(2) * column_sums[x + 1] + (column_sums[x] + column_sums[x + 2]))
 
 
 @njit(nogil=True, cache=True)

@@ -1,12 +1,12 @@
 """The forest as a value: trees of tests on patch features, and in their leaves where a patch has edges."""
 
+import zlib
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import IO, Self
+from typing import IO, Any, Self
 from zipfile import BadZipFile
-from zlib import error as ZlibError
 
 import numpy as np
 from numpy.typing import NDArray
@@ -132,7 +132,7 @@ class StructuredForest:
         try:
             with np.load(file, allow_pickle=False) as archive:
                 entries = {name: np.asarray(archive[name]) for name in (*_ARRAYS, *_NUMBERS)}
-        except (BadZipFile, ZlibError, KeyError, EOFError, AttributeError, TypeError, ValueError) as error:
+        except (BadZipFile, zlib.error, KeyError, EOFError, AttributeError, TypeError, ValueError) as error:
             raise ValueError(f"{_name(file)} is no intact forest model: {error}") from error
         numbers = {name: entries.pop(name) for name in _NUMBERS}
         if any(number.shape != () or number.dtype != _NUMBERS[name] for name, number in numbers.items()):
@@ -150,8 +150,9 @@ class StructuredForest:
             with Path(file).open("wb") as opened:
                 self.save(opened)
             return
-        numbers = {"format": np.int32(FORMAT), "trees_evaluated": np.int32(self.trees_evaluated)}
-        np.savez_compressed(file, **{name: getattr(self, name) for name in _ARRAYS}, **numbers)
+        entries: dict[str, Any] = {name: getattr(self, name) for name in _ARRAYS}
+        entries |= {"format": np.int32(FORMAT), "trees_evaluated": np.int32(self.trees_evaluated)}
+        np.savez_compressed(file, **entries)
 
 
 def _name(file: str | Path | IO[bytes]) -> str:
@@ -161,10 +162,8 @@ def _name(file: str | Path | IO[bytes]) -> str:
 @cache
 def shipped_forest() -> StructuredForest:
     """The forest that comes with Hotgauge, read once."""
-    models = sorted(
-        (entry for entry in resources.files(__package__).joinpath("model").iterdir() if entry.name.endswith(".npz")),
-        key=lambda entry: entry.name,
-    )
+    folder = resources.files("vision.edges.forest") / "model"
+    models = [entry for entry in folder.iterdir() if entry.name.endswith(".npz")]
     if len(models) != 1:
         raise ValueError(f"the installation holds {len(models)} forest models instead of one; install it again")
     with models[0].open("rb") as file:
