@@ -28,8 +28,8 @@ from vision.turned_region import PLANE_HEIGHT_MM, Picture, Region, RegionSampler
 
 Array = NDArray[np.float64]
 
-PRINTED_ROWS, ROWS = 5, 10  # H: the source's, on pictures 2704 wide; ours
-SAMPLES, TIMES = 5, 10  # S, which the source does not give, and T
+PRINTED_ROWS, ROWS = 5, 16  # H: the source's, on pictures 2704 wide; ours
+SAMPLES, TIMES = 4, 10  # S, which the source does not give, and T
 SEED = 9
 AREA_SMOOTHING = 0.1  # weight of a new frame in C
 LEAST_WINDOWS = 0.2  # share that must be kept for a value
