@@ -32,6 +32,7 @@ class Reason(enum.IntFlag):
     SOME_EDGES_CLIPPED = 1 << 16
     LOW_CONTRAST = 1 << 17
     FEW_WINDOWS = 1 << 18
+    ROUTES_DISAGREE = 1 << 24
 
     @property
     def names(self) -> list[str]:
@@ -73,7 +74,11 @@ REASONS: tuple[ReasonRow, ...] = (
     ReasonRow(Reason.SOME_EDGES_CLIPPED, False, "part of a limb is overexposed; the uncertainty is widened"),
     ReasonRow(Reason.LOW_CONTRAST, False, "an edge of the bar stands out weakly from its background"),
     ReasonRow(Reason.FEW_WINDOWS, False, "fewer than half of the windows agree with the cylinder"),
+    ReasonRow(Reason.ROUTES_DISAGREE, False, "tangent planes and virtual board differ by more than both allow"),
 )
+
+
+DOUBTED_TRUST = 50.0  # of a value that another way of measuring contradicts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,8 +95,6 @@ class SizeReading:
         Diameter by the dissertation's route (route V).
     weighted_deviation_mm : float
         Median over the kept windows of the weighted deviation Sigma, eq. 3.18.
-    trust : float
-        0 to 100; 0 without a value.
     reasons : Reason
         Flags; see `REASONS`.
     windows_kept, windows_total : int
@@ -114,7 +117,6 @@ class SizeReading:
     expanded_uncertainty_mm: float = math.nan
     diameter_virtual_board_mm: float = math.nan
     weighted_deviation_mm: float = math.nan
-    trust: float = 0.0
     reasons: Reason = Reason.NONE
     windows_kept: int = 0
     windows_total: int = 0
@@ -129,6 +131,11 @@ class SizeReading:
     u_model_mm: float = math.nan
     offset_mm: float = math.nan
     method: str = "tangent"
+
+    @property
+    def trust_limit(self) -> float:
+        """Most that the trust may be, in percent, whatever windows and uncertainty say."""
+        return DOUBTED_TRUST if Reason.ROUTES_DISAGREE in self.reasons else 100.0
 
     @property
     def valid(self) -> bool:
