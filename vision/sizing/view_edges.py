@@ -51,6 +51,8 @@ class ViewEdges:
         Largest share of overexposed points of an edge.
     contrast : float
         Smallest ratio of the bar's light to that of the background; infinite where light was not asked for.
+    hot_share : float
+        Share of the region's rows in which the bar glows.
     """
 
     sides: tuple[WindowPoints, WindowPoints]
@@ -58,6 +60,7 @@ class ViewEdges:
     outline: BarOutline | None
     clipped_share: float = 0.0
     contrast: float = np.inf
+    hot_share: float = 1.0
 
 
 def edges_by_windows(region: Region, window_rows: int, method: EdgeMethod) -> ViewEdges:
@@ -146,6 +149,7 @@ def edges_by_lines(
         _outline_of_lines([limb.line for limb in limbs], region.picture.shape[0]),
         max(limb.clipped_share for limb in limbs),
         min(limb.contrast for limb in limbs),
+        float(hot.mean()),
     )
 
 

@@ -32,6 +32,7 @@ PRINTED_ROWS, ROWS = 5, 16  # H: the source's, on pictures 2704 wide; ours
 SAMPLES, TIMES = 4, 10  # S, which the source does not give, and T
 SEED = 9
 AREA_SMOOTHING = 0.1  # weight of a new frame in C
+LEAST_COVERED = 0.5  # share of the region's rows in which the bar must glow
 LEAST_WINDOWS = 0.2  # share that must be kept for a value
 DIAMETER_MM = (40.0, 500.0)
 OFF_ROLLERS_SHARE, OFF_ROLLERS_MM = 0.02, 12.0  # of the diameter, and beside it: how high a bar may bounce
@@ -410,7 +411,7 @@ def _reasons_of_edges(edges: list[ViewEdges]) -> Reason:
     for view in edges:
         if view.clipped_share > CLIPPED_MOST:
             reasons |= Reason.EDGES_CLIPPED
-        elif view.outline is None:
+        elif view.outline is None or view.hot_share < LEAST_COVERED:
             reasons |= Reason.EDGE_NOT_FOUND
         elif view.contrast < WEAK_CONTRAST:
             reasons |= Reason.LOW_CONTRAST
