@@ -192,7 +192,7 @@ def _farthest(camera: Camera) -> float:
 
 
 @njit(nogil=True, cache=True)
-def _raw_pixel(H, dist, K, c, r):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _raw_pixel(H, dist, K, c, r):  # type: ignore[no-untyped-def]
     """Pixel (x, y) of the raw picture at a place of a region, and its squared ideal radius; infinite behind the camera."""
     w = H[2, 0] * c + H[2, 1] * r + H[2, 2]
     if w <= 0.0:
@@ -207,7 +207,7 @@ def _raw_pixel(H, dist, K, c, r):  # type: ignore[no-untyped-def]  # noqa: ANN00
 
 
 @njit(nogil=True, cache=True)
-def _fill_map(H, dist, K, radius2, whole, part):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _fill_map(H, dist, K, radius2, whole, part):  # type: ignore[no-untyped-def]
     rows, columns = part.shape
     for r in range(rows):
         for c in range(columns):
@@ -223,7 +223,7 @@ def _fill_map(H, dist, K, radius2, whole, part):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True, cache=True)
-def _fill_light(H, dist, K, rows, columns, raw, channel, decode, light):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _fill_light(H, dist, K, rows, columns, raw, channel, decode, light):  # type: ignore[no-untyped-def]
     height, width = raw.shape[:2]
     for r in range(columns.shape[0]):
         for k in range(columns.shape[1]):

@@ -118,7 +118,7 @@ def _denoised(strong: Picture) -> Boundaries:
 
 
 @njit(nogil=True, cache=True)
-def _thinned(strength, normal):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _thinned(strength, normal):  # type: ignore[no-untyped-def]
     rows, columns = strength.shape
     thin = np.zeros_like(strength)
     for r in range(1, rows - 1):

@@ -27,7 +27,7 @@ def robust_line(row: Array, column: Array) -> Array:
 
 
 @njit(nogil=True, cache=True)
-def _fitted(row, column):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _fitted(row, column):  # type: ignore[no-untyped-def]
     third = max(1, len(row) // 3)
     rise = np.median(row[-third:]) - np.median(row[:third])
     slope = (np.median(column[-third:]) - np.median(column[:third])) / rise

@@ -15,8 +15,8 @@ from vision.edges.operators import EdgeMethod
 from vision.edges.subpixel import edge_blur_px, edge_shading, half_level_crossing
 from vision.sizing.boundary import Boundaries, boundaries_of_interest, hot_mask
 from vision.sizing.limb import CLIPPED_CODE, CLIPPED_FEW
-from vision.sizing.robust_line import robust_line
 from vision.sizing.regression import WindowPoints, two_sides, windowed
+from vision.sizing.robust_line import robust_line
 from vision.turned_region import Picture, Region
 
 Array = NDArray[np.float64]
