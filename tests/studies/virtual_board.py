@@ -39,6 +39,7 @@ STEPS = {
     "+ half level in linear light": CORRECTED,
 }
 STEP_CONDITIONS = ("clean", "scale", "haze")
+WINDOW_CONDITIONS = ("clean", "post", "glare", "scale")
 PRINTED_WINDOWS = Corrections(turned_rows=True, robust_lines=False, half_level=False)
 CORRUPT_MM = 3.0  # the source's tolerance
 OFF_MM = (-60.0, -40.0, -20.0, 0.0, 20.0, 40.0, 60.0)
@@ -65,7 +66,7 @@ def cases():
     findings = [
         case(part, condition, seed)
         for seed in range(FINDING_SEEDS)
-        for part, condition in (("windows", "clean"), ("windows", "scale"), ("height", "clean"))
+        for part, condition in (*(("windows", name) for name in WINDOW_CONDITIONS), ("height", "clean"))
     ]
     return served + unequal + steps + findings + [case("sequence", "clean", seed) for seed in range(SEQUENCE_SEEDS)]
 
