@@ -29,9 +29,13 @@ class Reason(enum.IntFlag):
     STARTING = 1 << 9
     EDGES_CLIPPED = 1 << 10
     HELD = 1 << 11
+    NO_WINDOWS = 1 << 12
+    NOT_ALIGNED = 1 << 13
     SOME_EDGES_CLIPPED = 1 << 16
     LOW_CONTRAST = 1 << 17
     FEW_WINDOWS = 1 << 18
+    POOR_ALIGNMENT = 1 << 20
+    BOARD_HELD = 1 << 21
 
     @property
     def names(self) -> list[str]:
@@ -70,9 +74,13 @@ REASONS: tuple[ReasonRow, ...] = (
     ReasonRow(Reason.STARTING, True, "the measuring process is not ready yet"),
     ReasonRow(Reason.EDGES_CLIPPED, True, "every colour channel is overexposed along a limb of the bar"),
     ReasonRow(Reason.HELD, True, "the PLC holds the gauge"),
+    ReasonRow(Reason.NO_WINDOWS, True, "too few windows along the bar give a diameter by virtual boards"),
+    ReasonRow(Reason.NOT_ALIGNED, True, "no virtual board makes the bar's outlines in both views agree"),
     ReasonRow(Reason.SOME_EDGES_CLIPPED, False, "part of a limb is overexposed; the uncertainty is widened"),
     ReasonRow(Reason.LOW_CONTRAST, False, "an edge of the bar stands out weakly from its background"),
     ReasonRow(Reason.FEW_WINDOWS, False, "fewer than half of the windows agree with the cylinder"),
+    ReasonRow(Reason.POOR_ALIGNMENT, False, "the outlines overlap worse than a round bar's do on this rig"),
+    ReasonRow(Reason.BOARD_HELD, False, "without a bar the virtual board stays at its last height"),
 )
 
 
