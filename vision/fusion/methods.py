@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.fusion.fourier import fuse_spectra
-from vision.fusion.multiscale import Scales, fuse_pyramids, fuse_wavelets
+from vision.fusion.multiscale import DEFAULT_SCALES, Scales, fuse_pyramids, fuse_wavelets
 from vision.fusion.wavelets import WAVELETS, WaveletName
 
 Method = Literal[
@@ -16,7 +16,6 @@ Method = Literal[
 
 METHODS: tuple[Method, ...] = get_args(Method)
 MULTISCALE: tuple[Method, ...] = (*WAVELETS, "pyramid")
-DEFAULT_SCALES = Scales()
 
 Sample = TypeVar("Sample", np.uint8, np.uint16, np.float32, np.float64)
 Planes = NDArray[np.float32]

@@ -60,6 +60,9 @@ class Scales:
             fuse_coefficients(first, second, "larger")
 
 
+DEFAULT_SCALES = Scales()
+
+
 def fuse_wavelets(
     left: Planes, right: Planes, name: WaveletName, scales: Scales, executor: Executor | None = None
 ) -> Planes:

@@ -16,6 +16,7 @@ from vision.alignment import Alignment, BarOutline, Height, HeightLoop, search_b
 from vision.calibration.rig import Camera, Rig
 from vision.calibration.virtual_board import VirtualBoards
 from vision.edges.operators import EDGE_METHODS, EdgeMethod
+from vision.fusion.methods import METHODS, Method, fuse
 from vision.light import decoding_table
 from vision.readings import Reason
 from vision.sizing.crossing import Section, solve_section, tangent_cuts
@@ -73,6 +74,9 @@ class Corrections:
             raise ValueError("half_level: it needs robust_lines")
 
 
+Fusion = Literal["none"] | Method
+FUSIONS: tuple[Fusion, ...] = ("none", *METHODS)
+
 CORRECTED = Corrections()
 AS_PRINTED = Corrections(False, False, False, False, False)
 
@@ -129,8 +133,9 @@ class VirtualBoardGauge:
         `CORRECTED` or `AS_PRINTED`, or anything between.
     edges : {"forest", "sobel", "prewitt", "roberts", "canny"}
         Edge detector.
-    fusion : {"none"}
-        How the aligned pair is fused before edges are searched.
+    fusion : str
+        How the aligned pair is fused before windows are measured: "none", each view on its own, or a method of
+        `vision.fusion.methods`, the fused picture alone.
 
     Raises
     ------
@@ -144,17 +149,18 @@ class VirtualBoardGauge:
         *,
         corrections: Corrections = CORRECTED,
         edges: EdgeMethod = "forest",
-        fusion: Literal["none"] = "none",
+        fusion: Fusion = "none",
     ) -> None:
         if not rig.has_world:
             raise ValueError("the rig has no world frame: calibrate with the registration pictures of the low board")
         if edges not in EDGE_METHODS:
             raise ValueError(f"edges: {edges!r} is none of {', '.join(EDGE_METHODS)}")
-        if fusion != "none":
-            raise ValueError(f"fusion: {fusion!r} is not none")
+        if fusion not in FUSIONS:
+            raise ValueError(f"fusion: {fusion!r} is none of {', '.join(FUSIONS)}")
         self.rig = rig
         self.corrections = corrections
         self._edges: EdgeMethod = edges
+        self._fusion: Fusion = fusion
         self._decode = decoding_table(rig.response)
         self._boards = VirtualBoards.of_rig(rig)
         self._step_mm = min(pixel_size_mm(camera) for camera in (rig.left, rig.right))
@@ -230,8 +236,18 @@ class VirtualBoardGauge:
         height = self._height(alignment, outline[0], outline[1])
         if not math.isfinite(height.height_mm):
             return VirtualBoardReading(reasons=reasons | Reason.NOT_ALIGNED | self._held())
-        # fusion of the left region and the right one, moved by `alignment.right_to_left(height)`, belongs here
+        if self._fusion != "none":
+            edges = [self._view_edges(self._fused(alignment, height.height_mm, self._fusion), outlines[0])]
+            reasons |= _reasons_of_edges(edges)
+            if reasons.forbids_value:
+                return VirtualBoardReading(reasons=reasons)
         return self._read(_Aligned(alignment, height, edges, outline[0]), reasons)
+
+    def _fused(self, alignment: Alignment, height_mm: float, method: Method) -> Region:
+        """Both views in one, on the pixels of the left region; edges are located on it as on a raw picture."""
+        picture = fuse(alignment.left.picture, alignment.right_on_left(height_mm), method, executor=self._pool)
+        as_it_is = Camera(np.eye(3), np.zeros(5), np.eye(3), np.zeros(3), picture.shape[1::-1])
+        return Region(picture, np.eye(3), alignment.left.from_world, picture, as_it_is)
 
     def _regions(self, images: tuple[Picture, Picture], outlines: tuple[Outline, Outline]) -> tuple[Region, Region]:
         if not self.corrections.turned_rows:
@@ -240,7 +256,10 @@ class VirtualBoardGauge:
             return left, right
         slope = float(np.mean([limb[0] for outline in outlines for limb in (outline.left, outline.right)]))
         margin_mm = (STRIP_PX + MARGIN_PX) * self._step_mm
-        reach = np.cos(np.arctan(slope)) * np.array([[o.left[1], o.right[1]] for o in outlines]) + [-margin_mm, margin_mm]
+        reach = np.cos(np.arctan(slope)) * np.array([[o.left[1], o.right[1]] for o in outlines]) + [
+            -margin_mm,
+            margin_mm,
+        ]
         left, right = self._pool.map(
             lambda sampler, image, span: sampler.turned(image, slope, (span[0], span[1])), self._samplers, images, reach
         )
@@ -270,7 +289,7 @@ class VirtualBoardGauge:
 
     def _read(self, pair: "_Aligned", reasons: Reason) -> VirtualBoardReading:
         rng = np.random.default_rng(SEED)
-        views = (0, 1) if self.corrections.tangent_crossing else (0,)
+        views = range(len(pair.edges)) if self.corrections.tangent_crossing else (0,)
         width_mm = np.array([pair.sampled_widths_mm(view, rng) for view in views])
         sampled_mm, more = self._diameters(pair, width_mm)
         if sampled_mm is None:
@@ -321,8 +340,8 @@ class VirtualBoardGauge:
 
     def _reasons_of_section(self, section: Section, pair: "_Aligned", view_mm: Array, cameras_mm: Array) -> Reason:
         reasons = Reason.NONE
-        differ_mm = (view_mm[0] - view_mm[1]) - (section.width_mm[0] - section.width_mm[1])
-        if abs(differ_mm) > WIDTHS_DIFFER_PX * self._step_mm:
+        differ_mm = (view_mm[0] - view_mm[-1]) - (section.width_mm[0] - section.width_mm[1])
+        if len(view_mm) > 1 and abs(differ_mm) > WIDTHS_DIFFER_PX * self._step_mm:
             reasons |= Reason.VIEWS_DISAGREE
         diameter_mm = 2 * section.radius_mm
         off_mm = abs(section.height_mm - section.radius_mm)
@@ -347,7 +366,7 @@ class VirtualBoardGauge:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Aligned:
-    """Both views on the chosen board."""
+    """Both views on the chosen board, or the left one's pixels with what was fused from both."""
 
     alignment: Alignment
     height: Height
