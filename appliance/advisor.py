@@ -55,7 +55,7 @@ class Advisor:
         if reading is None or hot is None:
             correction_mm = self._advise(None, now_s)
             return {"correction": correction_mm} | ({} if reading is None else {"trust": 0.0})
-        trust = self._trust(reading, hot)
+        trust = trust_percent(reading, allowed_uncertainty_mm(self.points))
         judged = self._judge(hot)
         trusted = trust >= self._judging.trust_min
         deviation_mm = judged.get("deviation") if trusted else None
@@ -65,11 +65,6 @@ class Advisor:
         """Whether a bar is there whose diameter cannot be trusted."""
         trust = values.get("trust")
         return bool(values.get("bar_present")) and trust is not None and trust < self._judging.trust_min
-
-    def _trust(self, reading: ReadingMessage, hot: Size) -> float:
-        allowed_mm = allowed_uncertainty_mm(self.points)
-        trust = trust_percent(reading.windows_kept, reading.windows_total, hot.expanded_mm, allowed_mm)
-        return min(trust, reading.trust_limit)
 
     def _judge(self, hot: Size) -> dict[str, Value]:
         points = self.points

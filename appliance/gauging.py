@@ -13,7 +13,7 @@ from vision.calibration.board import Board
 from vision.calibration.rig import Rig
 from vision.calibration.stereo import calibrate
 from vision.readings import SizeReading
-from vision.sizing.gauge import TangentGauge
+from vision.sizing.gauge import Gauge
 
 Picture = NDArray[np.uint8]
 
@@ -37,7 +37,7 @@ class TimedGauge:
         self._rig = rig
         self._name = name
         try:
-            self._gauge = TangentGauge(rig)
+            self._gauge = Gauge(rig)
         except ValueError as error:
             raise RigError(f"{name}: {error}; calibrate again") from error
 

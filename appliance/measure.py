@@ -6,6 +6,7 @@ import json
 import math
 import os
 from collections.abc import Callable, Generator
+from dataclasses import asdict
 from pathlib import Path
 from typing import TextIO, cast
 
@@ -13,6 +14,7 @@ from tqdm import tqdm
 
 from appliance.cameras.recording import Recording
 from appliance.gauging import TimedGauge
+from appliance.judging import trust_percent
 from appliance.rigs import load_rig
 from vision.readings import SizeReading
 
@@ -59,9 +61,13 @@ def measure_recording(recording: Path, rig: Path, output: Path) -> None:
 
 def row(frame: int, reading: SizeReading, elapsed_ms: float) -> Row:
     """One reading as it stands in the file; None where there is no value."""
-    values: Row = {"frame": frame}
-    values |= {name: _or_none(getattr(reading, name)) for name in READING_FIELDS}
-    return values | {"reasons": reading.reasons.names, "elapsed_ms": round(elapsed_ms, 3)}
+    found = asdict(reading) | {
+        "valid": reading.valid,
+        "trust": trust_percent(reading),
+        "reasons": reading.reasons.names,
+    }
+    values: Row = {name: _or_none(found[name]) for name in READING_FIELDS}
+    return {"frame": frame} | values | {"elapsed_ms": round(elapsed_ms, 3)}
 
 
 def _or_none(value: Value) -> Value:

@@ -19,7 +19,6 @@ from vision.edges.forest.tree import Growth, Tree
 
 TREES = 8
 TREES_EVALUATED = 4
-PATCHES = 40_000  # of each tree
 BSDS_PICTURES = 100  # of each tree, drawn anew
 SCENE_EXAMPLES = 400  # of each tree
 
@@ -171,6 +170,20 @@ def train(
         peak_memory_mb=round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024),
     )
     return forest, record
+
+
+def check_output(output: Path) -> None:
+    """Refuse, before anything is trained, a place where the model cannot be written.
+
+    Raises
+    ------
+    TrainingError
+        The folder is missing, or the name does not end in `.npz`.
+    """
+    if output.suffix != ".npz":
+        raise TrainingError(f"{output}: a model's name ends in .npz")
+    if not output.parent.is_dir():
+        raise TrainingError(f"{output.parent}: no such folder; make it first")
 
 
 def write(forest: StructuredForest, record: Record, output: Path) -> None:

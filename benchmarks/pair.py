@@ -13,7 +13,7 @@ from mill_scenes import perfect_rig
 from appliance.mill.bars import Bar
 from appliance.mill.rig import default_rig
 from appliance.mill.scene import Scene
-from vision.sizing.gauge import TangentGauge
+from vision.sizing.tangent import TangentGauge
 
 SIZES = ((800, 600), (2704, 1520))
 ROUNDS = 15

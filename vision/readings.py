@@ -36,6 +36,7 @@ class Reason(enum.IntFlag):
     FEW_WINDOWS = 1 << 18
     POOR_ALIGNMENT = 1 << 20
     BOARD_HELD = 1 << 21
+    ROUTES_DISAGREE = 1 << 24
 
     @property
     def names(self) -> list[str]:
@@ -81,7 +82,11 @@ REASONS: tuple[ReasonRow, ...] = (
     ReasonRow(Reason.FEW_WINDOWS, False, "fewer than half of the windows agree with the cylinder"),
     ReasonRow(Reason.POOR_ALIGNMENT, False, "the outlines overlap worse than a round bar's do on this rig"),
     ReasonRow(Reason.BOARD_HELD, False, "without a bar the virtual board stays at its last height"),
+    ReasonRow(Reason.ROUTES_DISAGREE, False, "tangent planes and virtual board differ by more than both allow"),
 )
+
+
+DOUBTED_TRUST = 50.0  # of a value that another way of measuring contradicts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -98,8 +103,6 @@ class SizeReading:
         Diameter by the dissertation's route (route V).
     weighted_deviation_mm : float
         Median over the kept windows of the weighted deviation Sigma, eq. 3.18.
-    trust : float
-        0 to 100; 0 without a value.
     reasons : Reason
         Flags; see `REASONS`.
     windows_kept, windows_total : int
@@ -122,7 +125,6 @@ class SizeReading:
     expanded_uncertainty_mm: float = math.nan
     diameter_virtual_board_mm: float = math.nan
     weighted_deviation_mm: float = math.nan
-    trust: float = 0.0
     reasons: Reason = Reason.NONE
     windows_kept: int = 0
     windows_total: int = 0
@@ -137,6 +139,11 @@ class SizeReading:
     u_model_mm: float = math.nan
     offset_mm: float = math.nan
     method: str = "tangent"
+
+    @property
+    def trust_limit(self) -> float:
+        """Most that the trust may be, in percent, whatever windows and uncertainty say."""
+        return DOUBTED_TRUST if Reason.ROUTES_DISAGREE in self.reasons else 100.0
 
     @property
     def valid(self) -> bool:

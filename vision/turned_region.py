@@ -49,7 +49,7 @@ class Region:
     raw: Picture
     camera: Camera
 
-    def light(self, columns: Array, channel: int, decode: NDArray[np.float32]) -> Array:
+    def light(self, rows: NDArray[np.int64], columns: Array, channel: int, decode: NDArray[np.float32]) -> Array:
         """Linear light of the raw picture at places of the region, bilinear between raw pixels.
 
         Code values that were mixed first and decoded afterwards are too dark at an edge, which then lies about
@@ -57,8 +57,9 @@ class Region:
 
         Parameters
         ----------
-        columns : ndarray of float64, shape (rows, m)
-            Columns of m places in each row of the region; NaN for none.
+        rows : ndarray of int64, shape (n,)
+        columns : ndarray of float64, shape (n, m)
+            Columns of m places in each of those rows of the region.
         channel : int
             0 for grey pictures.
         decode : ndarray of float32, shape (256,)
@@ -66,12 +67,12 @@ class Region:
 
         Returns
         -------
-        ndarray of float64, shape (rows, m)
+        ndarray of float64, shape (n, m)
             NaN outside the raw picture.
         """
         raw = self.raw.reshape(*self.raw.shape[:2], -1)
         light = np.empty(columns.shape)
-        _fill_light(self.to_ideal, self.camera.dist, self.camera.K, columns, raw, channel, decode, light)
+        _fill_light(self.to_ideal, self.camera.dist, self.camera.K, rows, columns, raw, channel, decode, light)
         return light
 
     def seen_on(self, other: "Region", to_other: Array) -> Picture:
@@ -226,7 +227,7 @@ def _farthest(camera: Camera) -> float:
 
 
 @njit(nogil=True, cache=True)
-def _raw_pixel(H, dist, K, c, r):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _raw_pixel(H, dist, K, c, r):  # type: ignore[no-untyped-def]
     """Pixel (x, y) of the raw picture at a place of a region, and its squared ideal radius; infinite behind the camera."""
     w = H[2, 0] * c + H[2, 1] * r + H[2, 2]
     if w <= 0.0:
@@ -241,7 +242,7 @@ def _raw_pixel(H, dist, K, c, r):  # type: ignore[no-untyped-def]  # noqa: ANN00
 
 
 @njit(nogil=True, cache=True)
-def _fill_map(H, dist, K, radius2, whole, part):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _fill_map(H, dist, K, radius2, whole, part):  # type: ignore[no-untyped-def]
     rows, columns = part.shape
     for r in range(rows):
         for c in range(columns):
@@ -257,12 +258,12 @@ def _fill_map(H, dist, K, radius2, whole, part):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True, cache=True)
-def _fill_light(H, dist, K, columns, raw, channel, decode, light):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _fill_light(H, dist, K, rows, columns, raw, channel, decode, light):  # type: ignore[no-untyped-def]
     height, width = raw.shape[:2]
     for r in range(columns.shape[0]):
         for k in range(columns.shape[1]):
             light[r, k] = np.nan
-            x, y, r2 = _raw_pixel(H, dist, K, columns[r, k], r)
+            x, y, r2 = _raw_pixel(H, dist, K, columns[r, k], rows[r])
             if not (r2 < np.inf and 0.0 <= x < width - 1 and 0.0 <= y < height - 1):
                 continue
             j, i = int(x), int(y)

@@ -135,6 +135,7 @@ def to_message(
         expanded_uncertainty_mm=_number(reading.expanded_uncertainty_mm),
         diameter_virtual_board_mm=_number(reading.diameter_virtual_board_mm),
         weighted_deviation_mm=_number(reading.weighted_deviation_mm),
+        trust_limit=reading.trust_limit,
         windows_kept=reading.windows_kept,
         windows_total=reading.windows_total,
         alignment_quality=_number(reading.alignment_quality),

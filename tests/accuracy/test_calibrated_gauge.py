@@ -15,7 +15,7 @@ from appliance.mill.rig import random_rig
 from appliance.mill.scene import Scene
 from vision.calibration.board import Board
 from vision.calibration.stereo import calibrate
-from vision.sizing.gauge import TangentGauge
+from vision.sizing.tangent import TangentGauge
 
 SEEDS = range(200, 212)
 

@@ -12,7 +12,7 @@ from appliance.mill.rig import random_rig
 from appliance.mill.scene import Scene
 from appliance.mill.sensor import Sensor
 from appliance.mill.silhouette import Glow
-from vision.sizing.gauge import TangentGauge
+from vision.sizing.tangent import TangentGauge
 
 SEEDS = range(100, 112)
 

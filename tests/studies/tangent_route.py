@@ -5,12 +5,13 @@ from functools import lru_cache
 
 import numpy as np
 
+from appliance.judging import trust_percent
 from appliance.mill.boards import Board as TrueBoard
 from appliance.mill.boards import board_document, observe
 from appliance.mill.scenes import draw, set_up
 from vision.calibration.board import Board
 from vision.calibration.stereo import calibrate
-from vision.sizing.gauge import TangentGauge
+from vision.sizing.tangent import TangentGauge
 
 TEXT = (
     "Route T, rig calibrated by the product from projected corners with detector noise and boards with print errors; "
@@ -33,7 +34,11 @@ def run(case):
     result = {"truth_mm": truth_mm, "valid": reading.valid, "reasons": reading.reasons.names}
     if reading.valid:
         error_mm = reading.diameter_mm - truth_mm if truth_mm is not None else None
-        result |= {"error_mm": error_mm, "expanded_mm": reading.expanded_uncertainty_mm, "trust": reading.trust}
+        result |= {
+            "error_mm": error_mm,
+            "expanded_mm": reading.expanded_uncertainty_mm,
+            "trust": trust_percent(reading),
+        }
     return result
 
 

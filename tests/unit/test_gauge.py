@@ -11,7 +11,7 @@ from appliance.mill.bars import Bar
 from appliance.mill.rig import default_rig, random_rig
 from appliance.mill.scene import Scene
 from vision.readings import REASONS, Reason
-from vision.sizing.gauge import TangentGauge
+from vision.sizing.tangent import TangentGauge
 
 BAR = Bar(diameter_mm=150.0, offset_mm=12.0, yaw_deg=0.7)
 
@@ -48,7 +48,7 @@ def test_a_bar_is_measured_and_its_place_told(gauge, pair):
     assert reading.axis_height_mm == pytest.approx(75.0, abs=0.5)
     assert reading.offset_mm == pytest.approx(12.0, abs=0.5)
     assert reading.windows_kept == reading.windows_total == 25
-    assert reading.trust == pytest.approx(100.0)
+    assert reading.trust_limit == pytest.approx(100.0)
 
 
 def test_grey_pictures_are_measured_as_well(gauge, pair):
@@ -150,7 +150,6 @@ def test_without_a_value_every_number_is_nan_and_a_reason_forbids_it(gauge, empt
     reading = gauge.measure(*empty)
     assert reading.reasons.forbids_value
     assert np.isnan([reading.diameter_mm, reading.expanded_uncertainty_mm, reading.axis_height_mm]).all()
-    assert reading.trust == 0.0
 
 
 def test_pictures_of_another_size_are_refused_with_both_sizes(gauge):

@@ -22,6 +22,7 @@ from appliance.judging import (
     wanted_correction_mm,
 )
 from appliance.settings import CorrectionSettings, JudgingSettings
+from vision.readings import SizeReading
 
 CARBON, AUSTENITIC = 1, 2
 sixty_fourths = st.integers(1, 64 * 20).map(lambda n: n / 64)  # exact in binary
@@ -102,13 +103,21 @@ def test_trust_is_the_formula(kept, total, expanded, tolerance):
     set_points = SetPoints() if tolerance is None else SetPoints(None, *tolerance)
     u_max = Fraction(1, 4) if tolerance is None else (Fraction(tolerance[0]) + Fraction(tolerance[1])) / 8
     truth = 100 * Fraction(kept, total) * min(Fraction(1), u_max / Fraction(expanded))
-    trust = trust_percent(kept, total, expanded, allowed_uncertainty_mm(set_points))
+    reading = thick(windows_kept=kept, windows_total=total, expanded_uncertainty_mm=expanded)
+    trust = trust_percent(reading, allowed_uncertainty_mm(set_points))
     assert trust == pytest.approx(float(truth), rel=1e-12)
     assert 0 <= trust <= 100
 
 
 def test_without_windows_there_is_no_trust():
-    assert trust_percent(0, 0, 0.2, 0.25) == 0
+    assert trust_percent(thick(windows_kept=0, windows_total=0)) == 0
+
+
+def test_a_reading_and_its_message_are_trusted_alike():
+    reading = SizeReading(diameter_mm=250.0, expanded_uncertainty_mm=0.5, windows_kept=20, windows_total=25)
+    assert trust_percent(reading) == trust_percent(
+        thick(windows_kept=20, windows_total=25, expanded_uncertainty_mm=0.5)
+    )
 
 
 def test_one_tolerance_alone_is_no_tolerance():
@@ -135,7 +144,7 @@ def advisor(**changes: float) -> Advisor:
 
 def thick(diameter_mm: float = 254.0, **changes: object):
     """A bar that asks for the largest correction, -1 mm."""
-    return reading(diameter_mm=diameter_mm, windows_kept=25, **changes)
+    return reading(**({"diameter_mm": diameter_mm, "windows_kept": 25} | changes))
 
 
 def test_the_correction_grows_no_faster_than_its_rate_and_stays_at_its_clamp():

@@ -69,21 +69,26 @@ def hot_mask(picture: Picture) -> Picture:
     return np.asarray(cv2.dilate(opened, np.ones((DILATED_PX, DILATED_PX), np.uint8)), dtype=np.uint8)
 
 
-def boundaries_of_interest(picture: Picture, mask: Picture, method: EdgeMethod) -> Boundaries:
+def boundaries_of_interest(
+    picture: Picture, mask: Picture | None, method: EdgeMethod, *, seen: slice = slice(None), weak: float = 1.0
+) -> Boundaries:
     """Edges inside a mask, thinned, without the weak and the single ones (algorithm 8 from step 3 on).
 
     Parameters
     ----------
     picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
         Grey or blue-green-red.
-    mask : ndarray of uint8, shape (rows, columns)
-        I_MOR, 0 or 1.
+    mask : ndarray of uint8, shape (rows, columns), or None
+        I_MOR, 0 or 1; None for a picture that is all of interest.
     method : {"forest", "sobel", "prewitt", "roberts", "canny"}
+    seen : slice
+        Columns that are wanted; the others are there for the edge detector to look at.
+    weak : float
+        Share of Otsu's level of the strengths at which beta lies.
     """
     edges = detect_edges(_unit(picture), method)
-    thin = _thinned(edges.strength, edges.normal_rad)
-    strong = _without_weak(thin * mask)
-    return _denoised(strong)
+    thin = _thinned(edges.strength[:, seen], edges.normal_rad[:, seen])
+    return _denoised(_without_weak(thin if mask is None else thin * mask[:, seen], weak))
 
 
 def _unit(picture: Picture) -> Plane:
@@ -92,15 +97,15 @@ def _unit(picture: Picture) -> Plane:
     return np.multiply(ordered, np.float32(1 / 255), dtype=np.float32)
 
 
-def _without_weak(strength: Plane) -> Picture:
-    """1 where an edge reaches beta after Otsu's level of the edges was stretched to it."""
+def _without_weak(strength: Plane, weak: float) -> Picture:
+    """1 where an edge reaches beta after a share of Otsu's level of the edges was stretched to it."""
     there = strength[strength > 0]
     if there.size == 0:
         return np.zeros(strength.shape, dtype=np.uint8)
     full = float(there.max())
     coded = np.rint(255 * (there / full)).astype(np.uint8)
     level, _ = cv2.threshold(coded, 0, 1, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
-    stretch = BETA / max(level, 1.0)
+    stretch = BETA / max(weak * level, 1.0)
     return (255 * stretch / full * strength >= BETA).astype(np.uint8)
 
 
@@ -113,7 +118,7 @@ def _denoised(strong: Picture) -> Boundaries:
 
 
 @njit(nogil=True, cache=True)
-def _thinned(strength, normal):  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN202
+def _thinned(strength, normal):  # type: ignore[no-untyped-def]
     rows, columns = strength.shape
     thin = np.zeros_like(strength)
     for r in range(1, rows - 1):

@@ -68,7 +68,10 @@ def two_sides(points: WindowPoints) -> tuple[WindowPoints, WindowPoints]:
     xy = np.stack([points.column, points.row], axis=-1)
     there = np.isfinite(points.column)
     rows = np.arange(len(xy))
-    filled = np.where(there, points.column, np.inf).argmin(axis=1), np.where(there, points.column, -np.inf).argmax(axis=1)
+    filled = (
+        np.where(there, points.column, np.inf).argmin(axis=1),
+        np.where(there, points.column, -np.inf).argmax(axis=1),
+    )
     centres = np.stack([xy[rows, filled[0]], xy[rows, filled[1]]], axis=1)
     second = np.zeros(there.shape, dtype=bool)
     for _ in range(KMEANS_ROUNDS):

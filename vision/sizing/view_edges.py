@@ -14,8 +14,9 @@ from vision.alignment import BarOutline
 from vision.edges.operators import EdgeMethod
 from vision.edges.subpixel import edge_blur_px, edge_shading, half_level_crossing
 from vision.sizing.boundary import Boundaries, boundaries_of_interest, hot_mask
-from vision.sizing.limb import CLIPPED_CODE, CLIPPED_FEW, straight
+from vision.sizing.limb import CLIPPED_CODE, CLIPPED_FEW
 from vision.sizing.regression import WindowPoints, two_sides, windowed
+from vision.sizing.robust_line import robust_line
 from vision.turned_region import Picture, Region
 
 Array = NDArray[np.float64]
@@ -26,7 +27,10 @@ STRIP_PX = 16  # to either side of an edge: what counts to its boundaries of int
 MARGIN_PX = 40  # beyond the strip: what an edge detector may look at
 PROFILE_PX, PROFILE_STEP_PX = 9, 0.5  # half length of a row's profile across an edge, and its step
 FIRST_BLUR_PX = 1.5  # taken before the edge's own is known
-BLUR_EVERY = 16  # rows: the blur of an edge changes little along it
+SPARSE_ROWS, BLUR_EVERY = 4, 4  # what changes little along an edge needs few rows, and few of those
+WEAK = 0.5  # of Otsu's level: scale on the bar takes strength from its edge, and the line tells it from others
+HOT_ROW = 0.4  # of the code values of a bright row
+LEAST_STEP = 0.1  # of a strong row's step of light: scale leaves a fifth of it, the line without a bar less
 LEAST_GATE_PX = 0.3  # points that near to the line are on it, however little the others scatter
 LEAST_ROWS = 20  # with an edge: fewer are no limb
 
@@ -47,6 +51,8 @@ class ViewEdges:
         Largest share of overexposed points of an edge.
     contrast : float
         Smallest ratio of the bar's light to that of the background; infinite where light was not asked for.
+    hot_share : float
+        Share of the region's rows in which the bar glows.
     """
 
     sides: tuple[WindowPoints, WindowPoints]
@@ -54,6 +60,7 @@ class ViewEdges:
     outline: BarOutline | None
     clipped_share: float = 0.0
     contrast: float = np.inf
+    hot_share: float = 1.0
 
 
 def edges_by_windows(region: Region, window_rows: int, method: EdgeMethod) -> ViewEdges:
@@ -129,7 +136,8 @@ def edges_by_lines(
         Light of every code value: points move to half level in linear light. None: they stay where the edge
         detector has its ridge.
     """
-    limbs = [_limb(region, line, side, method, decode) for line, side in zip(rough, (-1, 1), strict=True)]
+    hot = _hot_rows(region.picture, rough)
+    limbs = [_limb(region, hot, line, side, method, decode) for line, side in zip(rough, (-1, 1), strict=True)]
     windows = region.picture.shape[0] // window_rows
     rows = np.arange(windows * window_rows, dtype=np.float64).reshape(windows, window_rows)
     columns = [limb.column[: rows.size].reshape(rows.shape) for limb in limbs]
@@ -141,6 +149,7 @@ def edges_by_lines(
         _outline_of_lines([limb.line for limb in limbs], region.picture.shape[0]),
         max(limb.clipped_share for limb in limbs),
         min(limb.contrast for limb in limbs),
+        float(hot.mean()),
     )
 
 
@@ -177,29 +186,47 @@ class _Found:
 
 
 def _limb(
-    region: Region, rough: Array, side: int, method: EdgeMethod, decode: NDArray[np.float32] | None
+    region: Region,
+    hot: NDArray[np.bool_],
+    rough: Array,
+    side: int,
+    method: EdgeMethod,
+    decode: NDArray[np.float32] | None,
 ) -> _Limb:
-    rows, columns = region.picture.shape[:2]
-    ends = rough[1] + rough[0] * np.array([0.0, rows - 1.0])
-    first = max(0, int(ends.min()) - STRIP_PX - MARGIN_PX)
-    last = min(columns, int(ends.max()) + STRIP_PX + MARGIN_PX + 1)
-    strip = region.picture[:, first:last]
-    edges = boundaries_of_interest(strip, _around(rough, first, strip.shape), method)
-    row, column = np.nonzero(edges.thin)
-    line = _line(row.astype(np.float64), column + float(first), rough)
+    rows = region.picture.shape[0]
+    edges, first = _strip_edges(region.picture, rough, method)
+    row, column = np.nonzero(edges.thin * hot[:, None])
+    column = column + float(first)
+    line = _line(row.astype(np.float64), column, rough)
     if line is None:
         return _Limb(np.full(rows, np.nan), np.zeros(rows), None)
-    near = np.abs(column + first - (line[0] * row + line[1])) <= STRIP_PX
-    found = _Found(row[near], column[near] + float(first), _area(edges.band, first, line))
+    found = _Found(row, column, _area(edges.band, first, line))
     if decode is None:
         return _Limb(found.near(line), found.area, line)
     return _at_half_level(region, line, side, found, decode)
 
 
-def _around(line: Array, first: int, shape: tuple[int, ...]) -> Picture:
-    """Mask of a strip: what is near the rough line, hot or covered by scale."""
-    away = np.arange(first, first + shape[1]) - (line[0] * np.arange(shape[0]) + line[1])[:, None]
-    return (np.abs(away) <= STRIP_PX).astype(np.uint8)
+def _hot_rows(picture: Picture, rough: tuple[Array, Array]) -> NDArray[np.bool_]:
+    """Rows in which most of what lies between the rough edges glows: not beyond a bar's end, not where it is hidden."""
+    brightest = picture if picture.ndim == 2 else picture.max(axis=2)
+    rows, columns = brightest.shape
+    middle, half = 0.5 * (rough[0] + rough[1]), 0.4 * (rough[1] - rough[0])
+    at = np.arange(rows)[:, None]
+    across = np.linspace(-1.0, 1.0, 33)
+    place = middle[0] * at + middle[1] + across * (half[0] * at + half[1])
+    level = np.median(brightest[at, np.clip(place, 0, columns - 1).astype(np.int64)], axis=1)
+    return level >= HOT_ROW * np.percentile(level, 90)
+
+
+def _strip_edges(picture: Picture, rough: Array, method: EdgeMethod) -> tuple[Boundaries, int]:
+    """Boundaries of interest of a strip along a rough line, and the strip's first column."""
+    rows, columns = picture.shape[:2]
+    ends = rough[1] + rough[0] * np.array([0.0, rows - 1.0])
+    inner = max(0, int(ends.min()) - STRIP_PX), min(columns, int(ends.max()) + STRIP_PX + 1)
+    outer = max(0, inner[0] - MARGIN_PX), min(columns, inner[1] + MARGIN_PX)
+    strip = picture[:, outer[0] : outer[1]]
+    seen = slice(inner[0] - outer[0], inner[1] - outer[0])
+    return boundaries_of_interest(strip, None, method, seen=seen, weak=WEAK), inner[0]
 
 
 def _line(row: Array, column: Array, rough: Array) -> Array | None:
@@ -213,7 +240,7 @@ def _line(row: Array, column: Array, rough: Array) -> Array | None:
     agree = np.abs(away - middle) <= 2 * NEAR_LINE_PX
     if np.count_nonzero(agree) < LEAST_ROWS or np.ptp(row[agree]) < LEAST_ROWS:
         return None
-    return straight(row[agree], column[agree])
+    return robust_line(row[agree], column[agree])
 
 
 def _area(band: Picture, first: int, line: Array) -> Array:
@@ -238,27 +265,39 @@ def _at_half_level(region: Region, line: Array, side: int, found: _Found, decode
 def _channel_at_half_level(
     region: Region, line: Array, side: int, found: _Found, channel: int, decode: NDArray[np.float32]
 ) -> _Limb:
-    """Two passes: the outermost rise of light finds the line, whatever patches lie behind it; then half level around it."""
+    """Two passes: the outermost rise of light finds the line, whatever patches lie behind it; then half level around it.
+
+    The first pass, and what the second needs to know of blur and shading, look at every `SPARSE_ROWS`th row only.
+    """
     rows = np.arange(len(found.area), dtype=np.float64)
     offsets = np.arange(-PROFILE_PX, PROFILE_PX + PROFILE_STEP_PX, PROFILE_STEP_PX)
-    middle = np.where(found.has_edge, line[0] * rows + line[1], np.nan)
-    profile = region.light(middle[:, None] - side * offsets, channel, decode)
+
+    def profiles(line: Array, wanted: NDArray[np.bool_]) -> tuple[Array, NDArray[np.int64], Array]:
+        at = np.flatnonzero(wanted)
+        middle = line[0] * rows[at] + line[1]
+        return region.light(at, middle[:, None] - side * offsets, channel, decode), at, middle
+
+    sparse = (rows % SPARSE_ROWS == 0) if len(rows) > 3 * SPARSE_ROWS * LEAST_ROWS else rows >= 0
+    profile, at, middle = profiles(line, found.has_edge & sparse)
     place = half_level_crossing(profile, offsets, FIRST_BLUR_PX).place_px
-    blur_px = _blur_px(profile, offsets, place)
-    better = _line_of_rows(middle - side * place)
+    better, blur_px = _line_of(at, middle - side * place), _blur_px(profile, offsets, place)
     if better is None or blur_px is None:
         return found.nothing()
-    ridge = found.near(better)
-    middle = np.where(np.isfinite(ridge), better[0] * rows + better[1], np.nan)
-    profile = region.light(middle[:, None] - side * offsets, channel, decode)
-    even = half_level_crossing(profile, offsets, blur_px, expected_px=0.0)
-    shading = edge_shading(profile, offsets, even, blur_px)
+    profile, at, middle = profiles(better, np.isfinite(found.near(better)))
+    few = sparse[at]
+    even = half_level_crossing(profile[few], offsets, blur_px, expected_px=0.0)
+    shading = edge_shading(profile[few], offsets, even, blur_px)
     edge = half_level_crossing(profile, offsets, blur_px, expected_px=0.0, shading=shading)
-    there = np.isfinite(edge.place_px)
+    step = edge.bright - edge.dark
+    if not np.isfinite(step).any():
+        return found.nothing()
+    with np.errstate(invalid="ignore"):
+        there = np.isfinite(edge.place_px) & (step >= LEAST_STEP * np.nanpercentile(step, 90))
     clipped = there & (edge.bright >= decode[CLIPPED_CODE])
-    column = np.where(clipped, np.nan, middle - side * edge.place_px)
     share = np.count_nonzero(clipped) / max(1, np.count_nonzero(there))
-    best = _line_of_rows(column)
+    column = np.full(len(rows), np.nan)
+    column[at] = np.where(there & ~clipped, middle - side * edge.place_px, np.nan)
+    best = _line_of(rows, column)
     if best is None:
         return found.nothing(share)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -289,6 +328,6 @@ def _brightness(picture: Picture, line: Array, side: int) -> Array:
     return np.median(channels[np.arange(rows), np.clip(inside, 0, columns - 1)], axis=0)
 
 
-def _line_of_rows(column: Array) -> Array | None:
-    row = np.flatnonzero(np.isfinite(column))
-    return straight(row.astype(np.float64), column[row]) if row.size >= LEAST_ROWS else None
+def _line_of(row: Array, column: Array) -> Array | None:
+    there = np.isfinite(column)
+    return robust_line(row[there].astype(np.float64), column[there]) if there.sum() >= LEAST_ROWS else None

@@ -6,121 +6,45 @@ sliding windows; diameters on the plane of that board; windows whose weighted de
 
 import math
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.alignment import Alignment, BarOutline, Height, HeightLoop, search_by_overlap, transformed
+from vision.alignment import Alignment, BarOutline, Height, HeightLoop, Quality, search_by_overlap, transformed
 from vision.calibration.rig import Camera, Rig
 from vision.calibration.virtual_board import VirtualBoards
 from vision.edges.operators import EDGE_METHODS, EdgeMethod
 from vision.fusion.methods import METHODS, Method, fuse
 from vision.light import decoding_table
 from vision.readings import Reason
+from vision.sizing.aligned_pair import AlignedPair
 from vision.sizing.crossing import Section, solve_section, tangent_cuts
 from vision.sizing.deviation import similarity_ratio, trusted_windows, weighted_deviation, window_statistics
 from vision.sizing.limb import CLIPPED_FEW
 from vision.sizing.region import Outline, RegionGrid
-from vision.sizing.regression import random_regression
 from vision.sizing.view_edges import MARGIN_PX, STRIP_PX, ViewEdges, edges_by_lines, edges_by_windows
-from vision.turned_region import PLANE_HEIGHT_MM, Picture, Region, RegionSampler, picture_region, pixel_size_mm
+from vision.sizing.virtual_board_reading import CORRECTED, Corrections, VirtualBoardReading
+from vision.turned_region import Picture, Region, RegionSampler, picture_region, pixel_size_mm
 
 Array = NDArray[np.float64]
 
-PRINTED_ROWS, ROWS = 5, 10  # H: the source's, on pictures 2704 wide; ours
-SAMPLES, TIMES = 5, 10  # S, which the source does not give, and T
+PRINTED_ROWS, ROWS = 5, 16  # H: the source's, on pictures 2704 wide; ours
 SEED = 9
 AREA_SMOOTHING = 0.1  # weight of a new frame in C
+LEAST_COVERED = 0.5  # share of the region's rows in which the bar must glow
 LEAST_WINDOWS = 0.2  # share that must be kept for a value
 DIAMETER_MM = (40.0, 500.0)
 OFF_ROLLERS_SHARE, OFF_ROLLERS_MM = 0.02, 12.0  # of the diameter, and beside it: how high a bar may bounce
 WIDTHS_DIFFER_PX = 3.0  # the two views' widths, from what the tangents' model says
 QUALITY_SHORT = 2.0  # percent by which Q_R may fall short of what the model reaches on the rig
+PLACE_PX = 0.05  # of each edge as a whole
 WEAK_CONTRAST = 2.0
 CLIPPED_MOST = 0.5
 
 
-@dataclass(frozen=True, slots=True)
-class Corrections:
-    """What is corrected in the source's route; each can be switched off to show its worth.
-
-    Attributes
-    ----------
-    turned_rows : bool
-        Rows cross the bar at a right angle on a horizontal plane; else they are rows of the undistorted left picture.
-    robust_lines : bool
-        Points of an edge are held against one robust line for the frame; else k-means splits each window's.
-    projective_boards : bool
-        Virtual boards by cross ratio; else linearly, eq. 4.2.
-    tangent_crossing : bool
-        The board at which the outlines' centroids coincide, and the exact tangent model of both views; else the one
-        with the largest |Q_R|, and the left view's width on its plane.
-    half_level : bool
-        Edge points at half level in linear light; else at the edge detector's ridge. Works with robust lines only.
-    """
-
-    turned_rows: bool = True
-    robust_lines: bool = True
-    projective_boards: bool = True
-    tangent_crossing: bool = True
-    half_level: bool = True
-
-    def __post_init__(self) -> None:
-        if self.robust_lines and not self.turned_rows:
-            raise ValueError("robust_lines: they need turned_rows")
-        if self.half_level and not self.robust_lines:
-            raise ValueError("half_level: it needs robust_lines")
-
-
 Fusion = Literal["none"] | Method
 FUSIONS: tuple[Fusion, ...] = ("none", *METHODS)
-
-CORRECTED = Corrections()
-AS_PRINTED = Corrections(False, False, False, False, False)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class VirtualBoardReading:
-    """What route V makes of one pair; NaN where there is no value.
-
-    Attributes
-    ----------
-    diameter_mm : float
-        Mean over the kept windows, eq. 3.19; NaN with any reason that forbids a value.
-    weighted_deviation_mm : float
-        Median over the kept windows of Sigma, eq. 3.18.
-    alignment_quality : float
-        Q_R, eq. 4.1, percent, signed, on the chosen board.
-    plane_height_mm : float
-        Height of the chosen board.
-    evaluations : int
-        Boards that were tried.
-    windows_kept, windows_total : int
-        Windows whose Sigma did not jump, and all.
-    window_diameters_mm, window_sigmas_mm : ndarray of float64, shape (windows_total,)
-        l_i and Sigma_i; NaN where a window gave none.
-    window_kept : ndarray of bool, shape (windows_total,)
-    reasons : Reason
-    """
-
-    diameter_mm: float = math.nan
-    weighted_deviation_mm: float = math.nan
-    alignment_quality: float = math.nan
-    plane_height_mm: float = math.nan
-    evaluations: int = 0
-    windows_kept: int = 0
-    windows_total: int = 0
-    window_diameters_mm: Array = field(default_factory=lambda: np.empty(0))
-    window_sigmas_mm: Array = field(default_factory=lambda: np.empty(0))
-    window_kept: NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, dtype=bool))
-    reasons: Reason = Reason.NONE
-
-    @property
-    def valid(self) -> bool:
-        """Whether the diameter may be used."""
-        return math.isfinite(self.diameter_mm) and not self.reasons.forbids_value
 
 
 class VirtualBoardGauge:
@@ -241,7 +165,7 @@ class VirtualBoardGauge:
             reasons |= _reasons_of_edges(edges)
             if reasons.forbids_value:
                 return VirtualBoardReading(reasons=reasons)
-        return self._read(_Aligned(alignment, height, edges, outline[0]), reasons)
+        return self._read(AlignedPair(alignment, height, edges, outline[0]), reasons)
 
     def _fused(self, alignment: Alignment, height_mm: float, method: Method) -> Region:
         """Both views in one, on the pixels of the left region; edges are located on it as on a raw picture."""
@@ -273,7 +197,7 @@ class VirtualBoardGauge:
         return edges_by_lines(region, (rough[0], rough[1]), ROWS, self._edges, decode)
 
     def _height(self, alignment: Alignment, left: BarOutline, right: BarOutline) -> Height:
-        def evaluate(height_mm: float):  # noqa: ANN202  the callback's type is `Evaluate`
+        def evaluate(height_mm: float) -> Quality:
             return alignment.quality(left, right, height_mm)
 
         if not self.corrections.tangent_crossing:
@@ -287,7 +211,7 @@ class VirtualBoardGauge:
 
         return self._loop.find(evaluate, offset_per_mm)
 
-    def _read(self, pair: "_Aligned", reasons: Reason) -> VirtualBoardReading:
+    def _read(self, pair: AlignedPair, reasons: Reason) -> VirtualBoardReading:
         rng = np.random.default_rng(SEED)
         views = range(len(pair.edges)) if self.corrections.tangent_crossing else (0,)
         width_mm = np.array([pair.sampled_widths_mm(view, rng) for view in views])
@@ -300,10 +224,9 @@ class VirtualBoardGauge:
         Sigma_mm = weighted_deviation(ratio, sigma_mm)
         kept = trusted_windows(Sigma_mm)
         reasons |= more | self._reasons_of_windows(l_mm, kept)
-        forbidden = reasons.forbids_value
+        value = {} if reasons.forbids_value else self._value(l_mm[kept], Sigma_mm[kept])
         return VirtualBoardReading(
-            diameter_mm=math.nan if forbidden else float(l_mm[kept].mean()),
-            weighted_deviation_mm=math.nan if forbidden else float(np.median(Sigma_mm[kept])),
+            **value,
             alignment_quality=pair.height.quality.percent,
             plane_height_mm=pair.height.height_mm,
             evaluations=pair.height.evaluations,
@@ -315,6 +238,16 @@ class VirtualBoardGauge:
             reasons=reasons,
         )
 
+    def _value(self, l_mm: Array, Sigma_mm: Array) -> dict[str, float]:
+        """Diameter and weighted deviation of the frame, eq. 3.19 and 3.18, and the parts of the uncertainty."""
+        diameter_mm = float(l_mm.mean())
+        value = {"diameter_mm": diameter_mm, "weighted_deviation_mm": float(np.median(Sigma_mm))}
+        if self.corrections == CORRECTED:
+            value["u_edge_mm"] = float(l_mm.std() / np.sqrt(len(l_mm)))
+            value["u_board_mm"] = diameter_mm * self.rig.square_relative_u
+            value["u_model_mm"] = PLACE_PX * self._step_mm
+        return value
+
     def _smoothed_area(self, areas: Array) -> float:
         """C: median area of the frame's boundaries of interest, smoothed over frames."""
         if areas.size:
@@ -323,7 +256,7 @@ class VirtualBoardGauge:
             self._uncorrupted_area = before + AREA_SMOOTHING * (now - before)
         return self._uncorrupted_area
 
-    def _diameters(self, pair: "_Aligned", width_mm: Array) -> tuple[Array | None, Reason]:
+    def _diameters(self, pair: AlignedPair, width_mm: Array) -> tuple[Array | None, Reason]:
         """l_it from the widths of the views, shape (windows, T), and what speaks against them."""
         if not self.corrections.tangent_crossing:
             return width_mm[0], Reason.NONE
@@ -338,7 +271,7 @@ class VirtualBoardGauge:
         diameter_mm = 2 * section.radius_mm + section.diameter_per_width * (width_mm.mean(axis=0) - view_mm.mean())
         return diameter_mm, self._reasons_of_section(section, pair, view_mm, cameras_mm)
 
-    def _reasons_of_section(self, section: Section, pair: "_Aligned", view_mm: Array, cameras_mm: Array) -> Reason:
+    def _reasons_of_section(self, section: Section, pair: AlignedPair, view_mm: Array, cameras_mm: Array) -> Reason:
         reasons = Reason.NONE
         differ_mm = (view_mm[0] - view_mm[-1]) - (section.width_mm[0] - section.width_mm[1])
         if len(view_mm) > 1 and abs(differ_mm) > WIDTHS_DIFFER_PX * self._step_mm:
@@ -362,46 +295,6 @@ class VirtualBoardGauge:
         reasons = Reason.FEW_WINDOWS if share < 0.5 else Reason.NONE
         middle_mm = float(np.median(l_mm[kept]))
         return reasons if DIAMETER_MM[0] <= middle_mm <= DIAMETER_MM[1] else reasons | Reason.IMPLAUSIBLE
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Aligned:
-    """Both views on the chosen board, or the left one's pixels with what was fused from both."""
-
-    alignment: Alignment
-    height: Height
-    edges: list[ViewEdges]
-    outline: BarOutline
-
-    def to_plane(self, view: int) -> Array:
-        """Homography from a view's region to (x, y), mm, on the board's plane, as the left camera sees it."""
-        left = self.alignment.to_plane(self.height.height_mm)
-        return left if view == 0 else left @ self.alignment.right_to_left(self.height.height_mm)
-
-    def sampled_widths_mm(self, view: int, rng: np.random.Generator) -> Array:
-        """Mean over a window's rows of the distance of both edges on the plane, eq. 3.14, shape (windows, T)."""
-        first, second = self.edges[view].sides
-        windows, to_plane = len(first.row), self.to_plane(view)
-        window_rows = self.alignment.left.picture.shape[0] // windows if view == 0 else 0
-        window_rows = window_rows or self.alignment.right.picture.shape[0] // windows
-        rows = np.arange(windows * window_rows, dtype=np.float64).reshape(windows, window_rows)
-        ends = []
-        for side in (first, second):
-            columns = random_regression(side, SAMPLES, TIMES, rng).at(rows)
-            ends.append(transformed(to_plane, np.stack([columns, np.broadcast_to(rows[:, None], columns.shape)], -1)))
-        return np.linalg.norm(ends[1] - ends[0], axis=-1).mean(axis=-1)
-
-    def section_frame(self) -> tuple[Array, float]:
-        """Cameras in the bar's section plane, shape (2, 2), and the place of the outline's middle across it, mm."""
-        to_plane = self.alignment.to_plane(self.height.height_mm)
-        first, second = (transformed(to_plane, edge[[0, -1]]) for edge in (self.outline.first, self.outline.second))
-        middle = 0.5 * (first + second)
-        along = (middle[1] - middle[0]) / np.linalg.norm(middle[1] - middle[0])
-        along = along if along[1] > 0 else -along
-        across = np.array([along[1], -along[0]])
-        rig = self.alignment.rig
-        centres = np.array([rig.left.centre_mm, rig.right.centre_mm])
-        return np.column_stack([centres[:, :2] @ across, centres[:, 2]]), float(middle[0] @ across)
 
 
 def _in_region(line: Array, region: Region, region_y_mm: tuple[float, float]) -> Array:
@@ -429,7 +322,7 @@ def _reasons_of_edges(edges: list[ViewEdges]) -> Reason:
     for view in edges:
         if view.clipped_share > CLIPPED_MOST:
             reasons |= Reason.EDGES_CLIPPED
-        elif view.outline is None:
+        elif view.outline is None or view.hot_share < LEAST_COVERED:
             reasons |= Reason.EDGE_NOT_FOUND
         elif view.contrast < WEAK_CONTRAST:
             reasons |= Reason.LOW_CONTRAST

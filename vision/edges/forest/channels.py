@@ -25,7 +25,7 @@ _LAST = RING - 1
 _UNSMOOTHED = 3 + 2 * ORIENTATIONS  # a magnitude is the sum of its orientations, before smoothing and after
 _REACH = 4  # radius of the strong smoothing in cells, and of the normalisation in pixels
 _FLAT = np.float32(1e-5)
-_TAN_22_5 = np.float32(np.tan(np.pi / 8))
+_TAN_22_5 = np.float32(0.414124)  # where OpenCV's arctangent, right to 0.01 degrees, passes 22.5 degrees: 0.414214
 _NORMALISATION = np.float32(0.01)
 
 _TABLE_STEPS = 1024
@@ -87,6 +87,13 @@ def new_rings(cells: int, colours: int) -> Rings:
     )
 
 
+def stages_starting_at(cell_row: int) -> NDArray[np.int64]:
+    """The next row of each stage (L, u, v; gradients; gradients at half scale; channels) if `cell_row` is wanted first."""
+    channel = max(0, cell_row - _REACH)
+    half = max(0, channel - _REACH)
+    return np.array([2 * max(0, half - 1), max(0, 2 * channel - _REACH), half, channel], np.int64)
+
+
 @njit(nogil=True, cache=True)
 def cells_along(pixels):
     """Cells along one side of a picture: padded by 8 pixels at both ends, and by one more if the side is odd."""
@@ -146,10 +153,25 @@ def _colour_row(picture, row_l, row_u, row_v):
 
 
 @njit(nogil=True, cache=True)
+def _pad_row(row, columns):
+    """Make an odd number of values even, mirror eight at both ends, and repeat the outermost ones once more."""
+    first = PAD_PX + 1
+    if columns & 1:
+        row[first + columns] = row[first + columns - 1]
+    end = first + columns + (columns & 1)
+    for x in range(PAD_PX):
+        row[first - 1 - x] = row[first + x]
+        row[end + x] = row[end - 1 - x]
+    row[0] = row[1]
+    row[end + PAD_PX] = row[end + PAD_PX - 1]
+
+
+@njit(nogil=True, cache=True)
 def _luv_row(image, window, padded_row, rings):
     """L, u, v of one row of the padded picture; gives the number of values outside 0 to 1."""
     top, left, rows, columns = window
-    picture = image[top + _mirrored(padded_row - PAD_PX, rows), left : left + columns]
+    row = min(_mirrored(padded_row - PAD_PX, rows + (rows & 1)), rows - 1)
+    picture = image[top + row, left : left + columns]
     ring_row = padded_row & _LAST
     luv = rings.luv
     inner = slice(PAD_PX + 1, PAD_PX + 1 + columns)
@@ -157,15 +179,8 @@ def _luv_row(image, window, padded_row, rings):
         outside = _grey_row(picture[:, 0], luv[0, ring_row, inner])
     else:
         outside = _colour_row(picture, luv[0, ring_row, inner], luv[1, ring_row, inner], luv[2, ring_row, inner])
-    width = luv.shape[2] - 2
     for plane in range(luv.shape[0]):
-        row = luv[plane, ring_row]
-        for x in range(PAD_PX):
-            row[1 + x] = row[2 * PAD_PX - x]
-        for x in range(PAD_PX + columns, width):
-            row[1 + x] = row[2 * (PAD_PX + columns) - x]
-        row[0] = row[1]
-        row[width + 1] = row[width]
+        _pad_row(luv[plane, ring_row], columns)
     return outside
 
 
@@ -344,15 +359,6 @@ def _smoothed_cells(rings, cell_row, cell_rows, cells):
 
 
 @njit(nogil=True, cache=True)
-def start_at(cell_row, done):
-    """Note in `done` (the next row of each stage, int64, shape (4,)) that `cell_row` is the first one wanted."""
-    done[3] = max(0, cell_row - _REACH)  # channels
-    done[2] = max(0, cell_row - 2 * _REACH)  # gradients at half scale
-    done[1] = max(0, 2 * done[3] - _REACH)  # gradients at full scale
-    done[0] = max(0, 2 * (cell_row - 2 * _REACH - 1))  # L, u, v
-
-
-@njit(nogil=True, cache=True)
 def _luv_rows_to(end, image, window, rings, done):
     outside = 0
     while done[0] < end:
@@ -364,26 +370,7 @@ def _luv_rows_to(end, image, window, rings, done):
 
 
 @njit(nogil=True, cache=True)
-def next_cell_row(image, window, cell_row, rings, done, cells):
-    """Make one row of cells; rows must be asked for one after another.
-
-    Parameters
-    ----------
-    image : ndarray of float32, shape (rows, columns, 1 or 3)
-    window : tuple of int
-        First row, first column, rows and columns of the part that is taken as the picture.
-    cell_row : int
-        Row of the padded picture at half resolution.
-    rings, done
-        What earlier rows left, see `Rings` and `start_at`.
-    cells : ndarray of float32, shape (PLANES, width)
-        Where the row goes; width at least that of the padded picture at half resolution.
-
-    Returns
-    -------
-    int
-        How many values outside 0 to 1 were met.
-    """
+def _next_cell_row(image, window, cell_row, rings, done, cells):
     rows = 2 * cells_along(window[2])
     outside = 0
     while done[3] < min(cell_row + _REACH + 1, rows // 2):
@@ -403,10 +390,27 @@ def next_cell_row(image, window, cell_row, rings, done, cells):
 
 
 @njit(nogil=True, cache=True)
-def cell_rows_between(image, window, first, end, rings, done, cells):
-    """Rows `first` to `end` - 1 of cells from scratch into `cells[0:]`; gives the count of values outside 0 to 1."""
-    start_at(first, done)
+def make_cell_rows(image, window, first, end, rings, done, cells):
+    """Make some rows of cells; rows must be asked for one after another.
+
+    Parameters
+    ----------
+    image : ndarray of float32, shape (rows, columns, 1 or 3)
+    window : tuple of int
+        First row, first column, rows and columns of the part that is taken as the picture.
+    first, end : int
+        Rows of the padded picture at half resolution.
+    rings, done
+        What earlier rows left, see `Rings` and `stages_starting_at`.
+    cells : ndarray of float32, shape (at least end - first, PLANES, width)
+        Where the rows go; width at least that of the padded picture at half resolution.
+
+    Returns
+    -------
+    int
+        How many values outside 0 to 1 were met.
+    """
     outside = 0
     for cell_row in range(first, end):
-        outside += next_cell_row(image, window, cell_row, rings, done, cells[cell_row - first])
+        outside += _next_cell_row(image, window, cell_row, rings, done, cells[cell_row - first])
     return outside
