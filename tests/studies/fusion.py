@@ -13,14 +13,16 @@ from appliance.mill.scenes import draw
 from studies.tangent_route import gauge as tangent_gauge
 from vision.alignment import BarOutline
 from vision.fusion.methods import METHODS
+from vision.sizing.aligned_pair import AlignedPair
 from vision.sizing.boundary import boundaries_of_interest, hot_mask
 from vision.sizing.crossing import solve_section
-from vision.sizing.virtual_board import VirtualBoardGauge
+from vision.sizing.virtual_board import VirtualBoardGauge, _reasons_of_edges, as_it_is
+from vision.sizing.virtual_board_reading import VirtualBoardReading
 
 TEXT = (
     "Route V on one picture out of two, by method; rigs, boards and calibrations as in tangent_route, 800 x 600, "
-    "Sobel's edges. sized: windows kept of all; false_edges: edge pixels per row within 40 px of the bar's outline and further "
-    "than 3 px from its edges in both views; edges_kept: share of rows and edges with an edge pixel within 3 px."
+    "Sobel's edges. sized: windows kept of all; false_edges: edge pixels per row within 40 px of the bar's outline and "
+    "further than 3 px from its edges in both views; edges_kept: share of rows and edges with an edge pixel within 3 px."
 )
 CONDITIONS = ("clean", "scale", "post", "haze")
 VARIANTS = ("none", "left", "right", *METHODS)
@@ -39,40 +41,58 @@ def cases():
 
 
 def run(case):
-    scene, gauge = drawn(case["condition"], case["seed"]), Watched(tangent_gauge(case["seed"]).rig, case["method"])
-    reading = gauge.measure(scene.left, scene.right)
+    scene, watched = aligned(case["condition"], case["seed"])
+    watched.method = case["method"]
+    reading = watched.again()
     result = {"valid": reading.valid, "sized": None, "error_mm": None, "false_edges": None, "edges_kept": None}
     if reading.windows_total:
         result["sized"] = reading.windows_kept / reading.windows_total
     if reading.valid:
         result["error_mm"] = reading.diameter_mm - scene.truth["diameter_mm"]
-    return result | (gauge.edges_seen() if gauge.fused is not None else {})
+    return result | (watched.edges_seen() if watched.picture is not None else {})
 
 
 @lru_cache(maxsize=1)
-def drawn(condition, seed):
-    return draw(condition, seed)
+def aligned(condition, seed):
+    """A scene, and a gauge that has aligned its views."""
+    scene, watched = draw(condition, seed), Watched(tangent_gauge(seed).rig)
+    watched.measure(scene.left, scene.right)
+    return scene, watched
 
 
 class Watched(VirtualBoardGauge):
-    """Route V that keeps the picture it measured on, and knows one view as a method too."""
+    """Route V that measures an aligned pair again by any method, and keeps the picture that it measured on."""
 
-    def __init__(self, rig, method):
-        super().__init__(rig, edges=EDGES, fusion="average" if method in {"left", "right"} else method)
-        self.method, self.fused, self.outlines = method, None, ()
+    def __init__(self, rig):
+        super().__init__(rig, edges=EDGES)
+        self.method, self.picture, self.pair = "none", None, None
 
-    def _fused(self, alignment, height_mm, method):
-        region = super()._fused(alignment, height_mm, method)
+    def measure_bar(self, left, right, outlines):
+        self.rough = outlines
+        self.alone = super().measure_bar(left, right, outlines)
+        return self.alone
+
+    def _read(self, pair, reasons):
+        self.pair = pair
+        return super()._read(pair, reasons)
+
+    def again(self):
+        self.picture = None
+        if self.method == "none" or self.pair is None:
+            return self.alone
+        self._uncorrupted_area = np.nan
+        alignment, height_mm = self.pair.alignment, self.pair.height.height_mm
         if self.method in {"left", "right"}:
-            view = alignment.left.picture if self.method == "left" else alignment.right_on_left(height_mm)
-            region = type(region)(view, region.to_ideal, region.from_world, view, region.camera)
-        self.fused = region.picture
-        self.outlines = self.outlines[0], self.outlines[1].moved(alignment.right_to_left(height_mm))
-        return region
-
-    def _height(self, alignment, left, right):
-        self.outlines = left, right
-        return super()._height(alignment, left, right)
+            views = {"left": alignment.left.picture, "right": alignment.right_on_left(height_mm)}
+            region = as_it_is(views[self.method], alignment.left)
+        else:
+            region = self._fused(alignment, height_mm, self.method)
+        self.picture = region.picture
+        edges = [self._view_edges(region, self.rough[0])]
+        reasons = _reasons_of_edges(edges)
+        if reasons.forbids_value:
+            return VirtualBoardReading(reasons=reasons)
+        return super()._read(AlignedPair(alignment, self.pair.height, edges, self.pair.outline), reasons)
 
     def _diameters(self, pair, width_mm):
         """One view alone is narrower or wider than the mean of both, by what the model says of its place."""
@@ -86,20 +106,24 @@ class Watched(VirtualBoardGauge):
         return super()._diameters(pair, width_mm)
 
     def edges_seen(self):
-        thin = boundaries_of_interest(self.fused, hot_mask(self.fused), EDGES).thin
+        thin = boundaries_of_interest(self.picture, hot_mask(self.picture), EDGES).thin
         row, column = np.nonzero(thin)
-        true = np.stack([columns(outline, len(thin)) for outline in self.outlines], axis=1)
+        true = self.true_columns(len(thin))
         away = np.abs(column[:, None] - true.reshape(-1, len(thin))[:, row].T)
         near = away.min(axis=1) <= NEAR_PX
         around = (column >= true.min(axis=(0, 1))[row] - AROUND_PX) & (column <= true.max(axis=(0, 1))[row] + AROUND_PX)
-        kept = [
-            np.unique(row[near & is_first]).size
-            for is_first in (column < middle(true)[row], column >= middle(true)[row])
-        ]
+        first = column < true.mean(axis=(0, 1))[row]
+        kept = [np.unique(row[near & side]).size for side in (first, ~first)]
         return {
-            "false_edges": float(np.mean(~near & around) * row.size / len(thin)),
+            "false_edges": float(np.sum(~near & around) / len(thin)),
             "edges_kept": sum(kept) / 2 / len(thin),
         }
+
+    def true_columns(self, rows):
+        """Columns of the bar's edges in each row of the left region, shape (views, edges, rows)."""
+        onto = self.pair.alignment.right_to_left(self.pair.height.height_mm)
+        left, right = (view.outline for view in self.pair.edges)
+        return np.array([columns(left, rows), columns(right.moved(onto), rows)])
 
 
 def columns(outline: BarOutline, rows):
@@ -109,10 +133,6 @@ def columns(outline: BarOutline, rows):
         (x0, y0), (x1, y1) = edge[0], edge[-1]
         lines.append(x0 + (x1 - x0) / (y1 - y0) * (at - y0))
     return np.array(lines)
-
-
-def middle(true):
-    return true.mean(axis=(0, 1))
 
 
 def summary(rows):

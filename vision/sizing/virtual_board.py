@@ -168,10 +168,9 @@ class VirtualBoardGauge:
         return self._read(AlignedPair(alignment, height, edges, outline[0]), reasons)
 
     def _fused(self, alignment: Alignment, height_mm: float, method: Method) -> Region:
-        """Both views in one, on the pixels of the left region; edges are located on it as on a raw picture."""
+        """Both views in one, on the pixels of the left region."""
         picture = fuse(alignment.left.picture, alignment.right_on_left(height_mm), method, executor=self._pool)
-        as_it_is = Camera(np.eye(3), np.zeros(5), np.eye(3), np.zeros(3), picture.shape[1::-1])
-        return Region(picture, np.eye(3), alignment.left.from_world, picture, as_it_is)
+        return as_it_is(picture, alignment.left)
 
     def _regions(self, images: tuple[Picture, Picture], outlines: tuple[Outline, Outline]) -> tuple[Region, Region]:
         if not self.corrections.turned_rows:
@@ -295,6 +294,19 @@ class VirtualBoardGauge:
         reasons = Reason.FEW_WINDOWS if share < 0.5 else Reason.NONE
         middle_mm = float(np.median(l_mm[kept]))
         return reasons if DIAMETER_MM[0] <= middle_mm <= DIAMETER_MM[1] else reasons | Reason.IMPLAUSIBLE
+
+
+def as_it_is(picture: Picture, region: Region) -> Region:
+    """Return a picture on a region's pixels as a region of its own, which is its own raw picture.
+
+    Parameters
+    ----------
+    picture : ndarray of uint8, shape of `region.picture`
+    region : Region
+    """
+    size = picture.shape[1], picture.shape[0]
+    camera = Camera(np.eye(3), np.zeros(5), np.eye(3), np.zeros(3), size)
+    return Region(picture, np.eye(3), region.from_world, picture, camera)
 
 
 def _in_region(line: Array, region: Region, region_y_mm: tuple[float, float]) -> Array:
