@@ -22,7 +22,7 @@ from vision.sizing.virtual_board_reading import VirtualBoardReading
 TEXT = (
     "Route V on one picture out of two, by method; rigs, boards and calibrations as in tangent_route, 800 x 600, "
     "Sobel's edges. sized: windows kept of all; false_edges: edge pixels per row within 40 px of the bar's outline and "
-    "further than 3 px from its edges in both views; edges_kept: share of rows and edges with an edge pixel within 3 px."
+    "further than 3 px from its edges in both views; edges_kept: share of rows and edges with one within 3 px."
 )
 CONDITIONS = ("clean", "scale", "post", "haze")
 VARIANTS = ("none", "left", "right", *METHODS)
