@@ -18,7 +18,7 @@ from vision.turned_region import picture_region
 
 TEXT = (
     "Recording line_a, all 16 pairs, rig calibrated from its own boards; grey pictures, the rows that show the "
-    "measuring region, right view aligned on the plane where the bar's outlines agree. left and right are the views themselves."
+    "measuring region, right view aligned on the plane where the bar's outlines agree. left and right: the views."
 )
 FOLDER = Path(os.environ.get("HOTGAUGE_RECORDINGS", Path(__file__).parents[3] / "shared" / "recordings"), "line_a")
 VIEWS = ("left", "right")
