@@ -33,6 +33,7 @@ study: $(VENV)/installed-dev
 bench: $(VENV)/installed-dev $(CONTRIB)/installed
 	PYTHONPATH=tests $(BIN)/python benchmarks/pair.py
 	PYTHONPATH=tests $(BIN)/python benchmarks/edges.py
+	PYTHONPATH=tests $(BIN)/python benchmarks/fusion.py
 
 figures: $(VENV)/installed-dev
 	$(BIN)/python docs/figures

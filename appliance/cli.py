@@ -278,6 +278,38 @@ def _progress(unit: str) -> Generator[Callable[[int, int], None]]:
         yield show
 
 
+def _add_fuse(command: argparse.ArgumentParser) -> None:
+    command.add_argument("left", type=Path, metavar="LEFT", help="picture of the left camera")
+    command.add_argument("right", type=Path, metavar="RIGHT", help="picture of the right camera, of the same moment")
+    command.add_argument("--rig", type=Path, required=True, help="calibration from `hotgauge calibrate`")
+    command.add_argument("--output", type=Path, required=True, metavar="FILE", help="picture to write, PNG or JPEG")
+    command.add_argument("--method", default="fft", metavar="NAME", help="how; fft unless given")
+    command.add_argument(
+        "--height", type=float, metavar="MM", help="plane of alignment; without: where the bar's outlines agree"
+    )
+    scales = command.add_argument_group("of wavelets and the pyramid")
+    scales.add_argument("--levels", type=_whole_number, metavar="N", help="4 unless given")
+    scales.add_argument("--rule", choices=("larger", "weighted"), help="of two details; larger unless given")
+    scales.add_argument("--approximation", choices=("average", "larger"), help="of what is left; average unless given")
+
+
+def _fuse(given: argparse.Namespace) -> None:
+    from appliance.cameras.source import CameraError
+    from appliance.fuse import FusionError, checked_method, fuse_files, metric_lines, write_picture
+    from appliance.rigs import RigError
+
+    try:
+        method, scales = checked_method(given.method, given.levels, given.rule, given.approximation)
+        pair = fuse_files(given.left, given.right, given.rig, method, scales=scales, height_mm=given.height)
+        write_picture(given.output, pair.picture)
+    except (CameraError, RigError, FusionError) as error:
+        raise CommandError(str(error)) from error
+    except OSError as error:
+        raise CommandError(f"{given.output}: {error.strerror}; give a file in a writable folder") from error
+    print(f"{method}, aligned on the plane {pair.height_mm:.2f} mm above the conveyor")
+    print("\n".join([*metric_lines(pair), f"written to {given.output}"]))
+
+
 def _add_simulate(command: argparse.ArgumentParser) -> None:
     command.add_argument("--output", type=Path, required=True, metavar="DIR", help="new folder for the recording")
     command.add_argument(
@@ -465,6 +497,7 @@ COMMANDS: dict[str, tuple[_Run, str, _AddArguments]] = {
     "calibrate": (_calibrate, "Calibrate two cameras from pictures of a checkerboard", _add_calibrate),
     "measure": (_measure, "Measure a recording and write its readings to a file", _add_measure),
     "orient": (_orient, "Say which end of the ingots in a recording faces the line", _add_orient),
+    "fuse": (_fuse, "Fuse the two pictures of a pair into one and print its metrics", _add_fuse),
     "simulate": (_simulate, "Write a recording of the simulated mill, with truth", _add_simulate),
     "train-edges": (_train_edges, "Train the forest that finds edges", _add_train_edges),
     "registers": (_registers, "Print the register map", _add_registers),

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from vision.calibration.rig import Camera, Rig
 from vision.calibration.virtual_board import VirtualBoards
-from vision.turned_region import Region
+from vision.turned_region import Picture, Region
 
 Array = NDArray[np.float64]
 
@@ -119,6 +119,14 @@ class Alignment:
         to, of = self.boards.corners(height_mm, projective=self.projective)
         T, _ = cv2.findHomography(of, to, 0)
         return np.linalg.solve(self.left.to_ideal, np.asarray(T, dtype=np.float64) @ self.right.to_ideal)
+
+    def right_on_left(self, height_mm: float) -> Picture:
+        """Right view as it looks on the left region's pixels by the virtual board at a height, shape of `left.picture`.
+
+        What lies in the board's plane then coincides with the left picture, which also fills what the right camera does
+        not see.
+        """
+        return self.right.seen_on(self.left, self.right_to_left(height_mm))
 
     def parallax(self, height_mm: float) -> Array:
         """Change of `right_to_left` per mm of height, as the rig's cameras have it, at one height."""

@@ -75,6 +75,28 @@ class Region:
         _fill_light(self.to_ideal, self.camera.dist, self.camera.K, rows, columns, raw, channel, decode, light)
         return light
 
+    def seen_on(self, other: "Region", to_other: Array) -> Picture:
+        """Raw picture resampled on another region's pixels, and that region's own where this camera sees nothing.
+
+        Parameters
+        ----------
+        other : Region
+        to_other : ndarray of float64, shape (3, 3)
+            Homography from this region's (column, row) to the other's.
+
+        Returns
+        -------
+        ndarray of uint8, shape of `other.picture`
+        """
+        to_ideal = self.to_ideal @ np.linalg.inv(to_other)
+        # a homography is known up to its sign; the depths that it gives must be positive
+        middle = np.array([other.picture.shape[1] / 2, other.picture.shape[0] / 2, 1.0])
+        to_ideal *= np.sign(to_ideal[2] @ middle)
+        maps = fixed_point_map(self.camera, to_ideal, other.picture.shape[:2], _farthest(self.camera))
+        aligned = other.picture.copy()
+        cv2.remap(self.raw, *maps, cv2.INTER_LINEAR, dst=aligned, borderMode=cv2.BORDER_TRANSPARENT)
+        return aligned
+
 
 class RegionSampler:
     """Samples turned regions of one camera's pictures.
@@ -148,6 +170,19 @@ def picture_region(camera: Camera, image: Picture, region_y_mm: tuple[float, flo
     rows = max(2, round(high - low) + 1)
     to_ideal = np.linalg.inv(camera.K) @ np.array([[1.0, 0.0, 0.0], [0.0, 1.0, low], [0.0, 0.0, 1.0]])
     maps = fixed_point_map(camera, to_ideal, (rows, width), _farthest(camera))
+    return Region(_remapped(image, maps), to_ideal, np.full((2, 3), np.nan), image, camera)
+
+
+def whole_picture(camera: Camera, image: Picture) -> Region:
+    """Return the undistorted picture as a region, its pixels those of the camera without its lens.
+
+    Parameters
+    ----------
+    camera : Camera
+    image : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+    """
+    to_ideal = np.linalg.inv(camera.K)
+    maps = fixed_point_map(camera, to_ideal, image.shape[:2], _farthest(camera))
     return Region(_remapped(image, maps), to_ideal, np.full((2, 3), np.nan), image, camera)
 
 

@@ -15,6 +15,7 @@ from vision.alignment import Alignment, BarOutline, Height, HeightLoop, Quality,
 from vision.calibration.rig import Camera, Rig
 from vision.calibration.virtual_board import VirtualBoards
 from vision.edges.operators import EDGE_METHODS, EdgeMethod
+from vision.fusion.methods import METHODS, Method, fuse
 from vision.light import decoding_table
 from vision.readings import Reason
 from vision.sizing.aligned_pair import AlignedPair
@@ -42,6 +43,10 @@ WEAK_CONTRAST = 2.0
 CLIPPED_MOST = 0.5
 
 
+Fusion = Literal["none"] | Method
+FUSIONS: tuple[Fusion, ...] = ("none", *METHODS)
+
+
 class VirtualBoardGauge:
     """Measures one bar with a calibrated rig by route V; keeps the board's height and C from frame to frame.
 
@@ -52,8 +57,9 @@ class VirtualBoardGauge:
         `CORRECTED` or `AS_PRINTED`, or anything between.
     edges : {"forest", "sobel", "prewitt", "roberts", "canny"}
         Edge detector.
-    fusion : {"none"}
-        How the aligned pair is fused before edges are searched.
+    fusion : str
+        How the aligned pair is fused before windows are measured: "none", each view on its own, or a method of
+        `vision.fusion.methods`, the fused picture alone.
 
     Raises
     ------
@@ -67,17 +73,18 @@ class VirtualBoardGauge:
         *,
         corrections: Corrections = CORRECTED,
         edges: EdgeMethod = "forest",
-        fusion: Literal["none"] = "none",
+        fusion: Fusion = "none",
     ) -> None:
         if not rig.has_world:
             raise ValueError("the rig has no world frame: calibrate with the registration pictures of the low board")
         if edges not in EDGE_METHODS:
             raise ValueError(f"edges: {edges!r} is none of {', '.join(EDGE_METHODS)}")
-        if fusion != "none":
-            raise ValueError(f"fusion: {fusion!r} is not none")
+        if fusion not in FUSIONS:
+            raise ValueError(f"fusion: {fusion!r} is none of {', '.join(FUSIONS)}")
         self.rig = rig
         self.corrections = corrections
         self._edges: EdgeMethod = edges
+        self._fusion: Fusion = fusion
         self._decode = decoding_table(rig.response)
         self._boards = VirtualBoards.of_rig(rig)
         self._step_mm = min(pixel_size_mm(camera) for camera in (rig.left, rig.right))
@@ -153,8 +160,17 @@ class VirtualBoardGauge:
         height = self._height(alignment, outline[0], outline[1])
         if not math.isfinite(height.height_mm):
             return VirtualBoardReading(reasons=reasons | Reason.NOT_ALIGNED | self._held())
-        # fusion of the left region and the right one, moved by `alignment.right_to_left(height)`, belongs here
+        if self._fusion != "none":
+            edges = [self._view_edges(self._fused(alignment, height.height_mm, self._fusion), outlines[0])]
+            reasons |= _reasons_of_edges(edges)
+            if reasons.forbids_value:
+                return VirtualBoardReading(reasons=reasons)
         return self._read(AlignedPair(alignment, height, edges, outline[0]), reasons)
+
+    def _fused(self, alignment: Alignment, height_mm: float, method: Method) -> Region:
+        """Both views in one, on the pixels of the left region."""
+        picture = fuse(alignment.left.picture, alignment.right_on_left(height_mm), method, executor=self._pool)
+        return as_it_is(picture, alignment.left)
 
     def _regions(self, images: tuple[Picture, Picture], outlines: tuple[Outline, Outline]) -> tuple[Region, Region]:
         if not self.corrections.turned_rows:
@@ -196,7 +212,7 @@ class VirtualBoardGauge:
 
     def _read(self, pair: AlignedPair, reasons: Reason) -> VirtualBoardReading:
         rng = np.random.default_rng(SEED)
-        views = (0, 1) if self.corrections.tangent_crossing else (0,)
+        views = range(len(pair.edges)) if self.corrections.tangent_crossing else (0,)
         width_mm = np.array([pair.sampled_widths_mm(view, rng) for view in views])
         sampled_mm, more = self._diameters(pair, width_mm)
         if sampled_mm is None:
@@ -256,8 +272,8 @@ class VirtualBoardGauge:
 
     def _reasons_of_section(self, section: Section, pair: AlignedPair, view_mm: Array, cameras_mm: Array) -> Reason:
         reasons = Reason.NONE
-        differ_mm = (view_mm[0] - view_mm[1]) - (section.width_mm[0] - section.width_mm[1])
-        if abs(differ_mm) > WIDTHS_DIFFER_PX * self._step_mm:
+        differ_mm = (view_mm[0] - view_mm[-1]) - (section.width_mm[0] - section.width_mm[1])
+        if len(view_mm) > 1 and abs(differ_mm) > WIDTHS_DIFFER_PX * self._step_mm:
             reasons |= Reason.VIEWS_DISAGREE
         diameter_mm = 2 * section.radius_mm
         off_mm = abs(section.height_mm - section.radius_mm)
@@ -278,6 +294,19 @@ class VirtualBoardGauge:
         reasons = Reason.FEW_WINDOWS if share < 0.5 else Reason.NONE
         middle_mm = float(np.median(l_mm[kept]))
         return reasons if DIAMETER_MM[0] <= middle_mm <= DIAMETER_MM[1] else reasons | Reason.IMPLAUSIBLE
+
+
+def as_it_is(picture: Picture, region: Region) -> Region:
+    """Return a picture on a region's pixels as a region of its own, which is its own raw picture.
+
+    Parameters
+    ----------
+    picture : ndarray of uint8, shape of `region.picture`
+    region : Region
+    """
+    size = picture.shape[1], picture.shape[0]
+    camera = Camera(np.eye(3), np.zeros(5), np.eye(3), np.zeros(3), size)
+    return Region(picture, np.eye(3), region.from_world, picture, camera)
 
 
 def _in_region(line: Array, region: Region, region_y_mm: tuple[float, float]) -> Array:

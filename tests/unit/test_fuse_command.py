@@ -1,0 +1,75 @@
+"""`hotgauge fuse`: a picture and its metrics, or one sentence and exit code 2."""
+
+import re
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from appliance import cli
+from appliance.cameras.mill import MillSource
+from appliance.gauging import mill_rig
+from appliance.rigs import save_rig
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory) -> Path:
+    """One pair of the mill, an empty picture, and the rig."""
+    folder = tmp_path_factory.mktemp("fuse")
+    source = MillSource(seed=1, rate_hz=0)
+    with source:
+        pair = source.next(1)
+    empty = np.zeros_like(pair.left)
+    pictures = {"left": pair.left, "right": pair.right, "empty": empty, "grey": empty[:, :, 0], "small": empty[::2]}
+    for name, picture in pictures.items():
+        cv2.imwrite(str(folder / f"{name}.png"), picture)
+    save_rig(mill_rig(source), folder / "rig.json")
+    return folder
+
+
+def fuse(folder, left, right, *words, output="fused.png"):
+    paths = {"--rig": "rig.json", "--output": output}
+    named = [word for name, path in paths.items() for word in (name, str(folder / path))]
+    return cli.main(["fuse", str(folder / left), str(folder / right), *named, *words])
+
+
+@pytest.mark.parametrize("words", [(), ("--method", "db4", "--levels", "3", "--rule", "weighted"), ("--height", "90")])
+def test_a_picture_is_written_and_its_metrics_are_printed(folder, capsys, words):
+    assert fuse(folder, "left.png", "right.png", *words) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    lines = out.splitlines()
+    height_mm = re.fullmatch(r"(?:fft|db4), aligned on the plane (\S+) mm above the conveyor", lines[0])
+    assert height_mm
+    assert float(height_mm[1]) == 90.0 if "--height" in words else 20 < float(height_mm[1]) < 300
+    assert [line.split()[0] for line in lines[2:-1]] == ["H", "SD", "SF", "AG", "FMI", "SCD", "ESSIM"]
+    fused, left = (cv2.imread(str(folder / name)) for name in ("fused.png", "left.png"))
+    assert fused.shape == left.shape
+    cells = lines[3].split()
+    assert float(cells[3]) == pytest.approx(np.std(cv2.cvtColor(fused, cv2.COLOR_BGR2GRAY)), abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        (("right.png", ("--method", "db3"), "x.png"), "--method: there is no db3; there are fft, db2, "),
+        (("right.png", ("--levels", "2"), "x.png"), "--method: fft has neither levels nor rules; db2, "),
+        (("right.png", ("--method", "db2", "--levels", "0"), "x.png"), "--levels: 0 is less than 1"),
+        (("right.png", (), "x.gif"), "x.gif: is neither PNG nor JPEG; let its name end in .png, "),
+        (("right.png", (), "nowhere/x.png"), "x.png: No such file or directory; give a file in a"),
+        (("empty.png", (), "x.png"), "outlines of a bar agree: only one view shows a bar across"),
+        (("nothing.png", (), "x.png"), "nothing.png: cannot be read (No such file or directory)"),
+        (("small.png", (), "x.png"), "small.png is 800 x 300; use its own rig"),
+        (("grey.png", (), "x.png"), "grey.png: one picture is grey and the other in colour"),
+    ],
+)
+def test_trouble_is_one_sentence(folder, capsys, asked, said):
+    right, words, output = asked
+    assert fuse(folder, "left.png", right, *words, output=output) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("hotgauge: ")
+    assert err.count("\n") == 1
+    assert said in err
+    assert not (folder / output).exists()
