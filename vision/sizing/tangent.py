@@ -243,7 +243,7 @@ def _reasons_of_ends(fit: CylinderFit, points: EdgePoints, region_y_mm: tuple[fl
         reasons |= Reason.BAR_HEAD
     if first_mm > region_y_mm[0] + ENDS_MM:
         reasons |= Reason.BAR_TAIL
-    if last_mm - first_mm < LEAST_COVERED * (region_y_mm[1] - region_y_mm[0]):
+    if last_mm - first_mm - BIN_MM < LEAST_COVERED * (region_y_mm[1] - region_y_mm[0]):
         reasons |= Reason.BAR_TOO_SHORT
     return reasons
 
