@@ -23,6 +23,8 @@ from plc.registers import REGISTERS
 EXIT_TROUBLE = 2
 EXIT_INTERRUPTED = 130
 
+PATCHES = 40_000  # of each tree of the edge forest
+
 
 class CommandError(Exception):
     """The command cannot do what it was asked for; the message says what, where and what to do."""
@@ -285,6 +287,33 @@ def _write_stereo(given: argparse.Namespace, on_progress: Callable[[int, int], N
         ) from error
 
 
+def _add_train_edges(command: argparse.ArgumentParser) -> None:
+    command.add_argument(
+        "--bsds", type=Path, metavar="DIR", help="folder in BSDS500's layout; without: our own rendered scenes"
+    )
+    command.add_argument("--output", type=Path, required=True, metavar="FILE", help="model to write, ending in .npz")
+    command.add_argument("--seed", type=_whole_number, default=1, help="seed of all that is drawn, 1 unless given")
+    command.add_argument("--patches", type=_whole_number, default=PATCHES, help=f"of each tree, {PATCHES} unless given")
+
+
+def _train_edges(given: argparse.Namespace) -> None:
+    from appliance.train_edges import BsdsSource, SceneSource, TrainingError, check_output, train, write
+
+    command = f"hotgauge train-edges --output {given.output.name} --seed {given.seed} --patches {given.patches}"
+    try:
+        check_output(given.output)
+        source = SceneSource() if given.bsds is None else BsdsSource(given.bsds)
+        with _progress("patch") as progress:
+            forest, record = train(source, given.seed, given.patches, command, progress)
+        write(forest, record, given.output)
+    except TrainingError as error:
+        raise CommandError(str(error)) from error
+    minutes, seconds = divmod(round(record.cpu_seconds), 60)
+    print(f"forest        {record.trees} trees of {record.patches_per_tree} patches, {record.nodes} nodes in all")
+    print(f"time, memory  {minutes} min {seconds} s of one core, {record.peak_memory_mb} MB")
+    print(f"written to    {given.output}, and how it was made to {given.output.with_suffix('.json')}")
+
+
 def _add_registers(command: argparse.ArgumentParser) -> None:
     command.add_argument("--format", choices=("markdown", "csv", "json", "st"), default="markdown")
 
@@ -328,6 +357,7 @@ COMMANDS: dict[str, tuple[_Run, str, _AddArguments]] = {
     "calibrate": (_calibrate, "Calibrate two cameras from pictures of a checkerboard", _add_calibrate),
     "measure": (_measure, "Measure a recording and write its readings to a file", _add_measure),
     "simulate": (_simulate, "Write a recording of the simulated mill, with truth", _add_simulate),
+    "train-edges": (_train_edges, "Train the forest that finds edges", _add_train_edges),
     "registers": (_registers, "Print the register map", _add_registers),
     "poll": (_poll, "Show a gauge's live values, as a PLC reads them", _add_poll),
 }

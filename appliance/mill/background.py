@@ -48,6 +48,21 @@ def draw(centre_mm: NDArray[np.float64], rays: Light, seed: int, blur: Blur, lit
     ndarray of float32, shape (3, rows, columns)
         Blue, green, red; 1 is full scale.
     """
+    canvas = _line(centre_mm, rays, seed, lit_by)
+    grey = blurred(canvas.light.reshape(rays.shape[:2]), blur)
+    if lit_by is None:
+        return TINT[:, None, None] * grey
+    glow = blurred(canvas.glow.reshape(rays.shape[:2]), blur)
+    return (TINT[:, None, None] * grey + lit_by.levels[:, None, None] * glow).astype(np.float32)
+
+
+def parts(centre_mm: NDArray[np.float64], rays: Light, seed: int) -> NDArray[np.uint8]:
+    """Number of the thing that each ray of `draw` meets, shape (rows, columns); 0 for none."""
+    return _line(centre_mm, rays, seed, None).part.reshape(rays.shape[:2])
+
+
+def _line(centre_mm: NDArray[np.float64], rays: Light, seed: int, lit_by: Bar | None) -> "_Canvas":
+    """Everything that stands still, painted."""
     rng = np.random.default_rng([seed, 0x6261])
     canvas = _Canvas(centre_mm, rays, _texture(rng), lit_by)
     canvas.floor()
@@ -57,11 +72,7 @@ def draw(centre_mm: NDArray[np.float64], rays: Light, seed: int, blur: Blur, lit
         canvas.wall(x_mm, (-9000, 9000), BARRIER_Z_MM, BARRIER_LIGHT)
     for _ in range(CLUTTER):
         _add_clutter(rng, canvas)
-    grey = blurred(canvas.light.reshape(rays.shape[:2]), blur)
-    if lit_by is None:
-        return TINT[:, None, None] * grey
-    glow = blurred(canvas.glow.reshape(rays.shape[:2]), blur)
-    return (TINT[:, None, None] * grey + lit_by.levels[:, None, None] * glow).astype(np.float32)
+    return canvas
 
 
 def blurred(plane: Light, blur: Blur) -> Light:
@@ -102,6 +113,8 @@ class _Canvas:
         self._depth = np.full(self._d.shape[1], np.inf, np.float32)
         self.light = np.full(self._d.shape[1], 0.5 * FLOOR_LIGHT, np.float32)
         self.glow = np.zeros(self._d.shape[1], np.float32)
+        self.part = np.zeros(self._d.shape[1], np.uint8)
+        self._things = 0
 
     def floor(self) -> None:
         """Horizontal plane under everything."""
@@ -158,6 +171,8 @@ class _Canvas:
     def _paint(self, which: NDArray[np.intp], depth: Light, light: Light) -> None:
         self._depth[which] = depth[which]
         self.light[which] = light
+        self._things += 1
+        self.part[which] = self._things
 
     def _reflect(
         self, which: NDArray[np.intp], points: Light, normal: Light, texture: Light, *, mirrored: float

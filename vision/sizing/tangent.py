@@ -19,7 +19,7 @@ from vision.sizing.budget import Budget, uncertainty_budget
 from vision.sizing.cylinder import CylinderFit, fit_cylinder
 from vision.sizing.limb import CLIPPED_FEW, LEAST_POINTS, LimbFinder, LimbPoints, RoughLimb
 from vision.sizing.points import EdgePoints
-from vision.sizing.region import RegionGrid
+from vision.sizing.region import Outline, RegionGrid
 from vision.sizing.rough import TangentPlane, rough_cylinder
 
 Image = NDArray[np.uint8]
@@ -50,13 +50,10 @@ class _View:
     grid: RegionGrid
     finder: LimbFinder
 
-    def bars(self, picture: Image, decode: NDArray[np.float32]) -> tuple[int, list[RoughLimb]]:
-        """How many bars there are, and both limbs of the first, roughly."""
-        outlines = self.grid.bars(picture, decode)
-        if len(outlines) != 1:
-            return len(outlines), []
-        lines = outlines[0].left, outlines[0].right
-        return 1, [self.finder.roughly(picture, line, side) for line, side in zip(lines, SIDES, strict=True)]
+    def rough_limbs(self, picture: Image, outline: Outline) -> list[RoughLimb]:
+        """Both limbs of a bar, at smaller and at larger x."""
+        lines = outline.left, outline.right
+        return [self.finder.roughly(picture, line, side) for line, side in zip(lines, SIDES, strict=True)]
 
 
 class TangentGauge:
@@ -110,15 +107,40 @@ class TangentGauge:
         ValueError
             A picture is not 8 bit, not grey or three-channel, or not of the size that the rig was calibrated for.
         """
-        pictures = [
-            _checked(name, image, view.camera)
-            for name, image, view in zip(("left", "right"), (left, right), self._views, strict=True)
-        ]
-        found = self._both(lambda index: self._views[index].bars(pictures[index], self._decode))
-        reasons = _reasons_of_count([count for count, _ in found])
-        if reasons:
-            return SizeReading(reasons=reasons)
-        planes = self._planes([limb for _, limbs in found for limb in limbs])
+        found = self.find(left, right)
+        return SizeReading(reasons=found) if isinstance(found, Reason) else self.measure_bar(left, right, found)
+
+    def find(self, left: Image, right: Image) -> tuple[Outline, Outline] | Reason:
+        """Where the one bar is in each view, roughly, or why there is none to be measured.
+
+        Parameters
+        ----------
+        left, right : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+
+        Returns
+        -------
+        tuple of two Outline, or Reason
+            `no_bar`, `one_camera`, `several_bars`.
+
+        Raises
+        ------
+        ValueError
+            As `measure`.
+        """
+        pictures = self._checked(left, right)
+        found = self._both(lambda index: self._views[index].grid.bars(pictures[index], self._decode))
+        count = [len(outlines) for outlines in found]
+        if max(count) == 0:
+            return Reason.NO_BAR
+        if min(count) == 0:
+            return Reason.ONE_CAMERA
+        return Reason.SEVERAL_BARS if max(count) > 1 else (found[0][0], found[1][0])
+
+    def measure_bar(self, left: Image, right: Image, outlines: tuple[Outline, Outline]) -> SizeReading:
+        """Diameter of a bar that `find` found; parameters, reasons and errors as in `measure`."""
+        pictures = self._checked(left, right)
+        rough = self._both(lambda index: self._views[index].rough_limbs(pictures[index], outlines[index]))
+        planes = self._planes([*rough[0], *rough[1]])
         cylinder = rough_cylinder([plane for plane in planes if plane is not None])
         if cylinder is None:
             return SizeReading(reasons=Reason.EDGE_NOT_FOUND)
@@ -128,6 +150,10 @@ class TangentGauge:
         if reasons.forbids_value:
             return SizeReading(reasons=reasons)
         return self._read([limbs[index] for index in shown], cylinder, reasons)
+
+    def _checked(self, left: Image, right: Image) -> tuple[Image, Image]:
+        first, second = self._views
+        return _checked("left", left, first.camera), _checked("right", right, second.camera)
 
     def _both(self, work: Callable[[int], Result]) -> tuple[Result, Result]:
         """Work for both views at the same time."""
@@ -145,7 +171,9 @@ class TangentGauge:
             for index, limb in enumerate(rough)
         ]
 
-    def _limbs(self, pictures: list[Image], planes: list[TangentPlane | None], cylinder: Array) -> list[LimbPoints]:
+    def _limbs(
+        self, pictures: tuple[Image, Image], planes: list[TangentPlane | None], cylinder: Array
+    ) -> list[LimbPoints]:
         """Edge points of the four limbs, a hidden one where the others say that it must be."""
         region = np.array(self.rig.region_y_mm)
 
@@ -195,14 +223,6 @@ def _checked(name: str, image: Image, camera: Camera) -> Image:
             f"the rig was calibrated for {camera.image_size[0]} x {camera.image_size[1]}"
         )
     return np.ascontiguousarray(image if image.ndim == 3 else image[:, :, None])
-
-
-def _reasons_of_count(bars: list[int]) -> Reason:
-    if max(bars) == 0:
-        return Reason.NO_BAR
-    if min(bars) == 0:
-        return Reason.ONE_CAMERA
-    return Reason.SEVERAL_BARS if max(bars) > 1 else Reason.NONE
 
 
 def _shown(limbs: list[LimbPoints]) -> list[int]:

@@ -1,0 +1,214 @@
+"""Edge strength of pictures, or of parts of them, from a structured forest."""
+
+import threading
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache, lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.edges.forest import channels, walk
+from vision.edges.forest.features import (
+    FEATURES,
+    LABEL_PX,
+    PATCH_CELLS,
+    check_values,
+    checked_image,
+    feature_offsets,
+    places_along,
+)
+from vision.edges.forest.model import StructuredForest, shipped_forest
+
+Floats = NDArray[np.float32]
+Region = tuple[slice, slice]
+
+CELLS_AT_ONCE = 2_000_000  # values made before they are walked: 8 MB, so that they are still in the cache
+OVERLAP = PATCH_CELLS - 1  # rows of cells that the patches of one row and of the next ones share
+REACH_CELLS = 15  # further from a patch nothing changes its features
+
+
+class EdgeDetector:
+    """A forest made ready to look at pictures.
+
+    Strength is the share of voting trees that see an edge in a pixel, smoothed by [1 2 1] / 4 both ways and doubled: 1
+    where all trees agree on a straight edge one pixel wide. It can reach 2 where they agree on a patch of edge pixels.
+
+    The same picture gives the same bits with one or two threads, and a region the same as the whole picture.
+    The two last rows and columns of a picture belong to no patch and get votes from smoothing only.
+
+    Parameters
+    ----------
+    forest : StructuredForest
+    threads : int
+        1 or more; more than one work on parts of the picture. They are the detector's own.
+    """
+
+    def __init__(self, forest: StructuredForest, threads: int = 2):
+        if threads < 1:
+            raise ValueError(f"threads is {threads}; at least one is needed")
+        self.forest = forest
+        self._threads = threads
+        self._pool = ThreadPoolExecutor(threads, "edges") if threads > 1 else None
+        self._memory = threading.local()
+        self._tables = lru_cache(maxsize=8)(lambda width: _tables(forest, width))
+
+    def strength(self, image: Floats) -> Floats:
+        """Edge strength of a whole picture.
+
+        Parameters
+        ----------
+        image : ndarray of float32, shape (rows, columns) or (rows, columns, 3)
+            Grey or RGB, 0 to 1, at least 32 x 32.
+
+        Returns
+        -------
+        ndarray of float32, shape (rows, columns)
+
+        Raises
+        ------
+        TypeError, ValueError
+            See `vision.edges.forest.features.checked_image`; or a value is outside 0 to 1 or NaN.
+        """
+        return self.strength_in(image, [np.s_[:, :]])[0]
+
+    def strength_in(self, image: Floats, regions: Sequence[Region]) -> list[Floats]:
+        """Edge strength in parts of a picture, in the time that the parts take.
+
+        Parameters
+        ----------
+        image : ndarray of float32, shape (rows, columns) or (rows, columns, 3)
+            Grey or RGB, 0 to 1, at least 32 x 32.
+        regions : sequence of (slice, slice)
+            Rows and columns, as one would index the picture.
+
+        Returns
+        -------
+        list of ndarray of float32
+            For each region bit by bit `strength(image)[region]`.
+
+        Raises
+        ------
+        TypeError, ValueError
+            As `strength`, the values being looked at in the regions and around them; or a region is empty or
+            has a step.
+        """
+        image = checked_image(image)
+        rectangles = [_rectangle(region, image) for region in regions]
+        results = [np.empty((r[1] - r[0], r[3] - r[2]), np.float32) for r in rectangles]
+        parts = [
+            (part, result[part[0] - whole[0] : part[1] - whole[0], part[2] - whole[2] : part[3] - whole[2]])
+            for whole, result in zip(rectangles, results, strict=True)
+            for part in _parts(whole, -(-self._threads // len(rectangles)))
+        ]
+        run = self._pool.map if self._pool else map
+        check_values(sum(run(lambda part: self._fill(image, *part), parts)))
+        return results
+
+    def _fill(self, image: Floats, rectangle: tuple[int, int, int, int], strength: Floats) -> int:
+        """Strength of one rectangle; gives how many values outside 0 to 1 were met."""
+        rows, columns, colours = image.shape
+        first_row, end_row = _places_seeing(rectangle[0], rectangle[1], rows)
+        first_column, end_column = _places_seeing(rectangle[2], rectangle[3], columns)
+        left = max(0, 2 * (first_column - REACH_CELLS))
+        right = min(columns, 2 * (end_column + PATCH_CELLS + REACH_CELLS))
+        window = (0, left, rows, right - left)
+        rings, work = self._memory_for(channels.cells_along(right - left), end_row - first_row, colours)
+        tables = self._tables(work.cells.shape[2])
+        place_columns = (first_column - left // 2, end_column - left // 2)
+        done = channels.stages_starting_at(first_row)
+        at_once, kept = len(work.cells) - OVERLAP, 0
+        work.votes[:] = 0
+        outside = 0
+        for row in range(first_row, end_row, at_once):
+            end = min(row + at_once, end_row)
+            work.cells[:kept] = work.cells[len(work.cells) - kept :]
+            outside += channels.make_cell_rows(image, window, row + kept, end + OVERLAP, rings, done, work.cells[kept:])
+            place_rows = (row - first_row, end - first_row)
+            walk.count_votes(place_rows, place_columns, place_rows[0], first_row + left // 2, tables, work)
+            kept = OVERLAP
+        weight = np.float32(1 / (32 * 16 * self.forest.trees_evaluated))
+        even = (rows + rows % 2, columns + columns % 2)
+        walk.smoothed_votes(work.votes, (2 * first_row, left), rectangle, even, weight, strength)
+        return outside
+
+    def _memory_for(self, width: int, place_rows: int, colours: int) -> tuple[channels.Rings, walk.Workspace]:
+        """Memory for such a part: what this thread used last if it fits."""
+        key = (width, place_rows, colours)
+        if getattr(self._memory, "key", None) != key:
+            self._memory.rings = channels.new_rings(width, colours)
+            self._memory.work = _workspace(width, place_rows)
+            self._memory.key = key
+        return self._memory.rings, self._memory.work
+
+
+def _workspace(width: int, place_rows: int) -> walk.Workspace:
+    stride = 32 * (-(-(width - 16) // 32)) + 16  # an odd number of cache lines: rows do not displace each other
+    at_once = max(walk.PLACE_ROWS, CELLS_AT_ONCE // (channels.PLANES * stride) // walk.PLACE_ROWS * walk.PLACE_ROWS)
+    in_tile = walk.PLACE_ROWS * walk.PLACE_COLUMNS + walk.LANES
+    return walk.Workspace(
+        cells=np.zeros((min(place_rows, at_once) + OVERLAP, channels.PLANES, stride), np.float32),
+        votes=np.zeros((2 * place_rows + LABEL_PX + 2, 2 * stride), np.uint16),
+        patches=np.zeros(in_tile, np.uint64),
+        corners=np.zeros(in_tile, np.int64),
+        arrived=np.zeros(walk.LANES, np.uint64),
+    )
+
+
+def _rectangle(region: Region, image: Floats) -> tuple[int, int, int, int]:
+    rows, columns = region
+    first_row, end_row, row_step = rows.indices(image.shape[0])
+    first_column, end_column, column_step = columns.indices(image.shape[1])
+    if (row_step, column_step) != (1, 1) or first_row >= end_row or first_column >= end_column:
+        raise ValueError(f"regions holds {region}, which is empty in this image or has a step")
+    return first_row, end_row, first_column, end_column
+
+
+def _parts(rectangle: tuple[int, int, int, int], count: int) -> list[tuple[int, int, int, int]]:
+    """The rectangle in so many parts along its longer side."""
+    first_row, end_row, first_column, end_column = rectangle
+    if end_row - first_row >= end_column - first_column or count == 1:
+        cuts = np.linspace(first_row, end_row, count + 1).astype(int).tolist()
+        return [(a, b, first_column, end_column) for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+    cuts = np.linspace(first_column, end_column, count + 1).astype(int).tolist()
+    return [(first_row, end_row, a, b) for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+
+
+def _places_seeing(first: int, end: int, pixels: int) -> tuple[int, int]:
+    """Places along one side whose votes reach the pixels first - 1 to end."""
+    return max(0, (first - LABEL_PX) // 2), min(places_along(pixels), end // 2 + 1)
+
+
+def _tables(forest: StructuredForest, width: int) -> walk.Tables:
+    """Lay the forest out for cells of this width."""
+    leaf = forest.left_children == 0
+    nodes, leaves = len(leaf), int(leaf.sum())
+    first_leaf = 1 << (walk.NODE_WORDS * nodes).bit_length()
+    words = np.zeros((first_leaf // walk.NODE_WORDS + leaves, walk.NODE_WORDS), np.uint32)
+    thresholds = words.view(np.float32)
+    first, second = feature_offsets(np.arange(FEATURES), width)
+    words[:nodes, 0] = first[forest.feature_ids]
+    words[:nodes, 1] = second[forest.feature_ids]
+    thresholds[:nodes, 2] = np.where(leaf, np.inf, forest.thresholds)
+    roots = np.repeat(forest.tree_starts[:-1], np.diff(forest.tree_starts))
+    words[:nodes, 3] = walk.NODE_WORDS * (roots + forest.left_children)
+    leaf_addresses = first_leaf + walk.NODE_WORDS * np.arange(leaves)
+    words[:nodes, 3][leaf] = leaf_addresses
+    words[first_leaf // walk.NODE_WORDS :, 3] = leaf_addresses
+    thresholds[first_leaf // walk.NODE_WORDS :, 2] = np.inf
+    row, column = np.divmod(forest.edge_places.astype(np.int64), LABEL_PX)
+    return walk.Tables(
+        nodes=words.reshape(-1),
+        thresholds=thresholds.reshape(-1),
+        roots=walk.NODE_WORDS * forest.tree_starts[:-1].astype(np.uint64),
+        first_leaf=np.uint64(first_leaf),
+        edge_starts=np.append(forest.edge_starts[:-1][leaf], forest.edge_starts[-1]).astype(np.int64),
+        edge_offsets=row * 2 * width + column,
+        trees_evaluated=forest.trees_evaluated,
+    )
+
+
+@cache
+def shipped_detector() -> EdgeDetector:
+    """The detector with the forest that comes with Hotgauge, made once."""
+    return EdgeDetector(shipped_forest())

@@ -1,0 +1,142 @@
+"""Boundaries of interest (algorithms 5 and 8): the bar's edges, without the background's and the weak ones.
+
+The source leaves two numbers open. alpha = 0.95 is taken as the factor on Otsu's threshold of the picture. beta = 240 of
+255 suppresses weak edges after strengths have been stretched so that Otsu's level of the strengths inside the mask lies
+at 240: taken literally, on strengths as they come, it leaves no edge at all.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from vision.edges.operators import EdgeMethod, detect_edges
+
+Array = NDArray[np.float64]
+Picture = NDArray[np.uint8]
+Plane = NDArray[np.float32]
+
+ALPHA = 0.95
+BETA = 240
+OPENED_PX, DILATED_PX = 5, 9  # side of the squares that open the mask, and that widen it over the bar's edges
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Boundaries:
+    """Edges of interest in one region.
+
+    Attributes
+    ----------
+    thin : ndarray of uint8, shape (rows, columns)
+        1 on edges that survive, one pixel wide.
+    band : ndarray of uint8, shape (rows, columns)
+        I_MEDGE: those edges widened by one pixel, 1 inside; its borders are the boundaries of interest I_BOI.
+    """
+
+    thin: Picture
+    band: Picture
+
+    def traced(self) -> Array:
+        """Boundaries of interest by Moore-neighbour tracing: their pixels (column, row), shape (n, 2)."""
+        # the band is closed at the first and last row and column too, where it only leaves the region
+        contours, _ = cv2.findContours(self.band, cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
+        if not contours:
+            return np.empty((0, 2))
+        points = np.concatenate(contours)[:, 0].astype(np.float64)
+        rows, columns = self.band.shape
+        inner = (points[:, 1] > 0) & (points[:, 1] < rows - 1) & (points[:, 0] > 0) & (points[:, 0] < columns - 1)
+        return points[inner]
+
+
+def hot_mask(picture: Picture) -> Picture:
+    """I_MOR: what is brighter than alpha times Otsu's threshold, opened, then widened over its own edges.
+
+    Parameters
+    ----------
+    picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+
+    Returns
+    -------
+    ndarray of uint8, shape (rows, columns)
+        0 or 1.
+    """
+    grey = picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
+    level, _ = cv2.threshold(grey, 0, 1, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
+    _, mask = cv2.threshold(grey, ALPHA * level, 1, cv2.THRESH_BINARY)
+    opened = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((OPENED_PX, OPENED_PX), np.uint8))
+    return np.asarray(cv2.dilate(opened, np.ones((DILATED_PX, DILATED_PX), np.uint8)), dtype=np.uint8)
+
+
+def boundaries_of_interest(
+    picture: Picture, mask: Picture | None, method: EdgeMethod, *, seen: slice = slice(None), weak: float = 1.0
+) -> Boundaries:
+    """Edges inside a mask, thinned, without the weak and the single ones (algorithm 8 from step 3 on).
+
+    Parameters
+    ----------
+    picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        Grey or blue-green-red.
+    mask : ndarray of uint8, shape (rows, columns), or None
+        I_MOR, 0 or 1; None for a picture that is all of interest.
+    method : {"forest", "sobel", "prewitt", "roberts", "canny"}
+    seen : slice
+        Columns that are wanted; the others are there for the edge detector to look at.
+    weak : float
+        Share of Otsu's level of the strengths at which beta lies.
+    """
+    edges = detect_edges(_unit(picture), method)
+    thin = _thinned(edges.strength[:, seen], edges.normal_rad[:, seen])
+    return _denoised(_without_weak(thin if mask is None else thin * mask[:, seen], weak))
+
+
+def _unit(picture: Picture) -> Plane:
+    """Grey or red-green-blue, 0 to 1."""
+    ordered = picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_BGR2RGB)
+    return np.multiply(ordered, np.float32(1 / 255), dtype=np.float32)
+
+
+def _without_weak(strength: Plane, weak: float) -> Picture:
+    """1 where an edge reaches beta after a share of Otsu's level of the edges was stretched to it."""
+    there = strength[strength > 0]
+    if there.size == 0:
+        return np.zeros(strength.shape, dtype=np.uint8)
+    full = float(there.max())
+    coded = np.rint(255 * (there / full)).astype(np.uint8)
+    level, _ = cv2.threshold(coded, 0, 1, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
+    stretch = BETA / max(weak * level, 1.0)
+    return (255 * stretch / full * strength >= BETA).astype(np.uint8)
+
+
+def _denoised(strong: Picture) -> Boundaries:
+    """Without edge pixels that have no neighbour (algorithm 4), and widened so that a border encloses each edge."""
+    around = cv2.filter2D(strong, cv2.CV_8U, np.ones((3, 3), np.float32), borderType=cv2.BORDER_CONSTANT)
+    thin = strong & (around > 1).astype(np.uint8)
+    band = cv2.dilate(thin, np.ones((3, 3), np.uint8))
+    return Boundaries(thin, np.asarray(band, dtype=np.uint8))
+
+
+@njit(nogil=True, cache=True)
+def _thinned(strength, normal):  # type: ignore[no-untyped-def]
+    rows, columns = strength.shape
+    thin = np.zeros_like(strength)
+    for r in range(1, rows - 1):
+        for c in range(1, columns - 1):
+            s = strength[r, c]
+            if s <= 0:
+                continue
+            dx, dy = np.cos(normal[r, c]), np.sin(normal[r, c])
+            keep = True
+            for sign in (-1.0, 1.0):
+                x, y = c + sign * dx, r + sign * dy
+                i, j = int(np.floor(y)), int(np.floor(x))
+                v, u = y - i, x - j
+                i1, j1 = min(i + 1, rows - 1), min(j + 1, columns - 1)
+                other = (1 - v) * ((1 - u) * strength[i, j] + u * strength[i, j1])
+                other += v * ((1 - u) * strength[i1, j] + u * strength[i1, j1])
+                if other > s or (sign < 0 and other == s):
+                    keep = False
+            if keep:
+                thin[r, c] = s
+    return thin

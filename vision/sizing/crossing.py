@@ -1,0 +1,120 @@
+"""Where the tangents of two cameras cross: the exact model of a round bar in its section plane.
+
+Seen from a camera, the edges of a bar are tangents and not the ends of a diameter. In the section plane, with the
+camera at distance d from the axis, the two tangents leave the line to the axis by b, sin b = R / d. On a plane at any height
+they cut out a width; the widths of both views have a common middle on one plane only, and there R, the axis' height
+and its place across follow from that height, the mean width and the common middle.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+ROUNDS = 30
+STEP_END_MM = 1e-9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Section:
+    """Round bar in its section plane.
+
+    Attributes
+    ----------
+    across_mm, height_mm, radius_mm : float
+        Place of the axis across the bar, its height, and R.
+    diameter_per_width : float
+        Change of the diameter per mm of mean width on the plane, its height kept.
+    width_mm : ndarray of float64, shape (2,)
+        Width of each view on the plane.
+    """
+
+    across_mm: float
+    height_mm: float
+    radius_mm: float
+    diameter_per_width: float
+    width_mm: Array
+
+
+def tangent_cuts(cameras_mm: Array, section: Array, plane_mm: float) -> Array:
+    """Where the tangents of each camera cut the plane z = `plane_mm`.
+
+    Parameters
+    ----------
+    cameras_mm : ndarray of float64, shape (2, 2)
+        Per camera: place across the bar and height, above the bar.
+    section : ndarray of float64, shape (3,)
+        Place of the axis across, its height, radius; mm.
+    plane_mm : float
+
+    Returns
+    -------
+    ndarray of float64, shape (2, 2)
+        Per camera the place across of the edge at smaller and at larger x; NaN where the camera lies inside the bar or
+        a tangent runs level.
+    """
+    across, height, radius = section
+    away, above = across - cameras_mm[:, 0], cameras_mm[:, 1] - height
+    with np.errstate(invalid="ignore"):
+        half = np.arcsin(radius / np.hypot(away, above))
+    to_axis = np.arctan2(away, above)
+    angle = to_axis[:, None] + half[:, None] * np.array([-1.0, 1.0])
+    angle[np.abs(angle) >= 0.5 * np.pi] = np.nan
+    return cameras_mm[:, :1] + (cameras_mm[:, 1:] - plane_mm) * np.tan(angle)
+
+
+def solve_section(cameras_mm: Array, plane_mm: float, width_mm: float, middle_mm: float) -> Section | None:
+    """Bar whose outlines share their middle on a plane, from their mean width there.
+
+    For two cameras alike on either side the tangents cross at R / cos g from the axis, on a plane R sin b / cos g above
+    it, and the width there is 2 R cos b / cos g, g being half the angle between the views and sin b = R / d. On other
+    rigs each view's own angle counts, and only the whole model has it.
+
+    Parameters
+    ----------
+    cameras_mm : ndarray of float64, shape (2, 2)
+        Per camera: place across the bar and height.
+    plane_mm : float
+        Height at which the middles coincide.
+    width_mm : float
+        Mean width of both views on that plane.
+    middle_mm : float
+        Their common middle.
+
+    Returns
+    -------
+    Section or None
+        None when no bar below both cameras does that.
+    """
+    target = np.array([width_mm, 0.0, middle_mm])
+    section = np.array([middle_mm, plane_mm, 0.5 * width_mm])
+    for _ in range(ROUNDS):
+        residual = _seen(cameras_mm, section, plane_mm) - target
+        slope = _slope(cameras_mm, section, plane_mm)
+        if not (np.all(np.isfinite(slope)) and np.all(np.isfinite(residual))) or abs(np.linalg.det(slope)) < 1e-12:
+            return None
+        step = np.linalg.solve(slope, residual)
+        section = section - step
+        if np.abs(step).max() < STEP_END_MM:
+            cuts = tangent_cuts(cameras_mm, section, plane_mm)
+            gain = np.linalg.inv(slope)[2, 0]
+            return Section(*(float(value) for value in section), float(2 * gain), cuts[:, 1] - cuts[:, 0])
+    return None
+
+
+def _seen(cameras_mm: Array, section: Array, plane_mm: float) -> Array:
+    """Mean width, difference of the middles, mean of the middles."""
+    cuts = tangent_cuts(cameras_mm, section, plane_mm)
+    middle = cuts.mean(axis=1)
+    return np.array([(cuts[:, 1] - cuts[:, 0]).mean(), middle[0] - middle[1], middle.mean()])
+
+
+def _slope(cameras_mm: Array, section: Array, plane_mm: float) -> Array:
+    step = 1e-3
+    columns = [
+        (_seen(cameras_mm, section + move, plane_mm) - _seen(cameras_mm, section - move, plane_mm)) / (2 * step)
+        for move in step * np.eye(3)
+    ]
+    return np.column_stack(columns)

@@ -1,0 +1,140 @@
+"""Sliding-window random regression (algorithm 9): from boundary points to lines, many times over.
+
+A window is a strip of H rows. Its boundary points belong to one of the bar's two edges; T times, S of them are drawn
+and a line is fitted, so that the scatter of what follows says how far the points agree. Arrays are (windows, points)
+with NaN where a window has fewer points.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+KMEANS_ROUNDS = 20
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WindowPoints:
+    """Boundary points of one edge of the bar, window by window.
+
+    Attributes
+    ----------
+    row, column : ndarray of float64, shape (windows, points)
+        NaN where there is no point.
+    """
+
+    row: Array
+    column: Array
+
+
+def windowed(points: Array, window_rows: int, windows: int) -> WindowPoints:
+    """Sort points into windows.
+
+    Parameters
+    ----------
+    points : ndarray of float64, shape (n, 2)
+        (column, row).
+    window_rows : int
+        H.
+    windows : int
+        m; points below the last window are left out.
+    """
+    window = np.floor_divide(points[:, 1], window_rows).astype(np.int64)
+    order = np.argsort(window, kind="stable")
+    order = order[window[order] < windows]
+    points, window = points[order], window[order]
+    count = np.bincount(window, minlength=windows)
+    place = np.arange(len(window)) - np.repeat(np.cumsum(count) - count, count)
+    row, column = (np.full((windows, max(1, int(count.max(initial=0)))), np.nan) for _ in range(2))
+    row[window, place], column[window, place] = points[:, 1], points[:, 0]
+    return WindowPoints(row, column)
+
+
+def two_sides(points: WindowPoints) -> tuple[WindowPoints, WindowPoints]:
+    """Split each window's points into the bar's two edges by k-means with two clusters (step 5 of algorithm 9).
+
+    Parameters
+    ----------
+    points : WindowPoints
+        All boundary points.
+
+    Returns
+    -------
+    tuple of two WindowPoints
+        Cluster that starts at the smallest, and at the largest column of its window.
+    """
+    xy = np.stack([points.column, points.row], axis=-1)
+    there = np.isfinite(points.column)
+    rows = np.arange(len(xy))
+    filled = (
+        np.where(there, points.column, np.inf).argmin(axis=1),
+        np.where(there, points.column, -np.inf).argmax(axis=1),
+    )
+    centres = np.stack([xy[rows, filled[0]], xy[rows, filled[1]]], axis=1)
+    second = np.zeros(there.shape, dtype=bool)
+    for _ in range(KMEANS_ROUNDS):
+        distance = ((xy[:, :, None] - centres[:, None]) ** 2).sum(axis=-1)
+        nearer = there & (distance[..., 1] < distance[..., 0])
+        if np.array_equal(nearer, second):
+            break
+        second = nearer
+        for number, mine in enumerate((there & ~second, second)):
+            count = mine.sum(axis=1)
+            total = np.where(mine[..., None], xy, 0.0).sum(axis=1)
+            has = count > 0
+            centres[has, number] = total[has] / count[has, None]
+    return _only(points, there & ~second), _only(points, second)
+
+
+def _only(points: WindowPoints, mine: NDArray[np.bool_]) -> WindowPoints:
+    return WindowPoints(np.where(mine, points.row, np.nan), np.where(mine, points.column, np.nan))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RandomLines:
+    """Lines column = slope x row + start through random samples, shape (windows, T); NaN where points are too few."""
+
+    slope: Array
+    start: Array
+
+    def at(self, rows: Array) -> Array:
+        """Columns at the rows of each window, shape (windows, H), as shape (windows, T, H): eq. 3.12."""
+        return self.slope[..., None] * rows[:, None, :] + self.start[..., None]
+
+
+def random_regression(points: WindowPoints, samples: int, times: int, rng: np.random.Generator) -> RandomLines:
+    """First-order fits to random samples of each window's points (step 6 of algorithm 9, eq. 3.10).
+
+    Parameters
+    ----------
+    points : WindowPoints
+        Of one edge.
+    samples : int
+        S, points drawn each time, none twice.
+    times : int
+        T.
+    rng : numpy.random.Generator
+        Its state decides which points are drawn.
+
+    Returns
+    -------
+    RandomLines
+        NaN for windows with fewer than S points. Where all that were drawn lie in one row, the line is upright.
+    """
+    there = np.isfinite(points.column)
+    windows, most = there.shape
+    if most < samples:
+        nothing = np.full((windows, times), np.nan)
+        return RandomLines(nothing, nothing)
+    lot = np.where(there[:, None, :], rng.random((windows, times, most), dtype=np.float32), np.float32(2.0))
+    drawn = np.argpartition(lot, samples - 1, axis=2)[..., :samples] if samples < most else np.argsort(lot, axis=2)
+    across = np.arange(windows)[:, None, None]
+    row, column = points.row[across, drawn], points.column[across, drawn]
+    middle_row, middle_column = row.mean(axis=2), column.mean(axis=2)
+    away = row - middle_row[..., None]
+    spread = (away**2).sum(axis=2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slope = np.where(spread == 0.0, 0.0, (away * column).sum(axis=2) / spread)
+    return RandomLines(slope, middle_column - slope * middle_row)
