@@ -119,7 +119,7 @@ def _crops(setup: Setup, side: Side, picture: Picture, rng: Rng) -> Iterator[Exa
     for _ in range(CROPS):
         places = _places(camera, bar, limb, rng)
         image, *behind = (_resampled(plane, places, cv2.INTER_LINEAR) for plane in (colour, *hidden))
-        segments = _resampled(parts, places, cv2.INTER_NEAREST).astype(np.int16)
+        segments = _resampled(parts.astype(np.float32), places, cv2.INTER_NEAREST).astype(np.int16)
         _paint_bars(segments, setup, camera, places)
         for coverage in behind:
             segments[coverage > 0.5] = FIRST_BAR - 1
@@ -132,8 +132,9 @@ def _hidden(post: Post, setup: Setup) -> Image:
     return post.coverage(scene.left if post.side == "left" else scene.right)
 
 
-def _resampled(plane: NDArray[np.generic], places: NDArray[np.float64], how: int) -> Image:
-    return np.asarray(cv2.remap(np.asarray(plane), places.astype(np.float32), None, how))
+def _resampled(plane: Image, places: NDArray[np.float64], how: int) -> Image:
+    x, y = np.moveaxis(places.astype(np.float32), -1, 0)
+    return np.asarray(cv2.remap(plane, x, y, how), np.float32)
 
 
 def _paint_bars(segments: Segments, setup: Setup, camera: TrueCamera, places: NDArray[np.float64]) -> None:
@@ -177,7 +178,7 @@ def _as_shown(image: Image, response: Response, rng: Rng) -> Image:
         return image
     brightest = image[..., int(np.argmax(image.mean(axis=(0, 1))))]
     if kind < 0.55:
-        return cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+        return np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.float32)
     if kind < 0.75:
         return brightest
     light = np.interp(brightest, np.linspace(0, 1, 256), decoding_table(response))

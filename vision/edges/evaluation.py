@@ -174,7 +174,7 @@ def limb_rows(strength: Strength, suppressed: Strength, limbs_px: NDArray[np.flo
         Column of the left and of the right limb, pixel centres at integers; both at least 4 pixels inside the picture.
     """
     rows = np.arange(strength.shape[0])
-    found, near = np.zeros((2, *limbs_px.shape), np.float32)
+    found, near = np.zeros(limbs_px.shape, np.float32), np.zeros(limbs_px.shape, np.float32)
     offset = np.full(limbs_px.shape, np.nan)
     for side, limb in enumerate(limbs_px):
         column = np.rint(limb).astype(np.int64)[:, None] + np.arange(-3, 4)
