@@ -115,7 +115,7 @@ def _crops(setup: Setup, side: Side, picture: Picture, rng: Rng) -> Iterator[Exa
     seen = hits(camera.centre_mm, rays[::4, ::4], bar).seen
     limb = grid[::4, 4::4][seen[:, 1:] != seen[:, :-1]]
     hidden = [_hidden(post, setup) for post in setup.disturbances if isinstance(post, Post) and post.side == side]
-    colour = picture[..., ::-1].astype(np.float32) / 255
+    colour = picture[..., ::-1].astype(np.float32) / np.float32(255)
     for _ in range(CROPS):
         places = _places(camera, bar, limb, rng)
         image, *behind = (_resampled(plane, places, cv2.INTER_LINEAR) for plane in (colour, *hidden))
@@ -207,8 +207,9 @@ def _shapes(rng: Rng) -> Example:
     for number in range(1, int(rng.integers(2, 7))):
         place = rng.uniform(-0.45, 0.45, 2) * CROP_PX
         is_band = rng.random() < 0.5
-        distance = (_band if is_band else _patch)(x - place[0], y - place[1], rng)
-        level = np.exp(rng.uniform(np.log(0.003), np.log(1.2)))
+        outline = _band if is_band else _patch
+        distance = outline(x - place[0], y - place[1], rng)
+        level = np.exp(float(rng.uniform(np.log(0.003), np.log(1.2))))
         inside = distance < 0
         is_blot = not is_band and inside.any() and level < light[inside].mean()
         light += blurred_step(-distance / blur_px)[..., None] * (_filled(rng, level, depth_px=-distance) - light)

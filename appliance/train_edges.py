@@ -6,11 +6,10 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from scipy import io  # pyright: ignore[reportMissingTypeStubs]
 from scipy.io.matlab import MatReadError  # pyright: ignore[reportMissingTypeStubs]
 
@@ -106,13 +105,12 @@ def bsds_example(picture: Path, truth: Path) -> Example:
     if image is None:
         raise TrainingError(f"{picture}: no readable picture")
     try:
-        loaded: dict[str, Any] = io.loadmat(str(truth))  # pyright: ignore[reportUnknownMemberType]
+        loaded = cast("dict[str, Any]", io.loadmat(truth))  # pyright: ignore[reportUnknownMemberType]
         people: list[Any] = list(loaded["groundTruth"][0])
         segments = tuple(np.asarray(person["Segmentation"][0, 0], np.int32) for person in people)
     except (OSError, MatReadError, NotImplementedError, KeyError, ValueError, IndexError) as error:
         raise TrainingError(f"{truth}: no ground truth as BSDS500 has it") from error
-    colour: NDArray[np.float32] = cv2.cvtColor(image, cv2.COLOR_BGR2RGB) / np.float32(255)
-    return Example(colour, segments)
+    return Example(np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2RGB), np.float32) / np.float32(255), segments)
 
 
 @dataclass(frozen=True, slots=True)

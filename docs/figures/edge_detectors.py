@@ -50,4 +50,4 @@ def save(folder: Path) -> None:
     for ax in axes.flat:
         ax.set(xticks=[], yticks=[])
     figure.tight_layout()
-    figure.savefig(folder / "edge_detectors.png", dpi=80)
+    figure.savefig(folder / "edge_detectors.png", dpi=60)
