@@ -8,9 +8,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 from matplotlib import pyplot as plt
-from vision.edges.binary import BAR_EDGES, CLEAR_EDGES, EVERY_EDGE, binarised, denoised
 
 from appliance.mill.scenes import draw
+from vision.edges.binary import BAR_EDGES, CLEAR_EDGES, EVERY_EDGE, binarised, denoised
 from vision.edges.operators import canny, detect_edges
 from vision.edges.thinning import ridges
 
@@ -50,4 +50,4 @@ def save(folder: Path) -> None:
     for ax in axes.flat:
         ax.set(xticks=[], yticks=[])
     figure.tight_layout()
-    figure.savefig(folder / "edge_detectors.png", dpi=80)
+    figure.savefig(folder / "edge_detectors.png", dpi=60)

@@ -72,16 +72,18 @@ def boundary_counts(
     boundaries : sequence of ndarray of bool, shape (rows, columns)
         One per person, one pixel wide.
     thresholds : ndarray of float64, shape (n,)
+        Increasing.
     """
     reach_px = REACH_OF_DIAGONAL * float(np.hypot(*strength.shape))
     counts = np.zeros((4, len(thresholds)), np.int64)
-    for number, threshold in enumerate(thresholds):
+    counts[2] = sum(np.count_nonzero(boundary) for boundary in boundaries)
+    for number, threshold in enumerate(thresholds[thresholds <= strength.max()]):
         edges = thin(strength >= threshold)
         right = np.zeros(edges.shape, np.bool_)
         for boundary in boundaries:
             edge_matched, boundary_matched = matched(edges, boundary, reach_px)
             right |= edge_matched
-            counts[2:, number] += np.count_nonzero(boundary), np.count_nonzero(boundary_matched)
+            counts[3, number] += np.count_nonzero(boundary_matched)
         counts[:2, number] = np.count_nonzero(edges), np.count_nonzero(right)
     return BoundaryCounts(*counts)
 
@@ -174,7 +176,7 @@ def limb_rows(strength: Strength, suppressed: Strength, limbs_px: NDArray[np.flo
         Column of the left and of the right limb, pixel centres at integers; both at least 4 pixels inside the picture.
     """
     rows = np.arange(strength.shape[0])
-    found, near = np.zeros((2, *limbs_px.shape), np.float32)
+    found, near = np.zeros(limbs_px.shape, np.float32), np.zeros(limbs_px.shape, np.float32)
     offset = np.full(limbs_px.shape, np.nan)
     for side, limb in enumerate(limbs_px):
         column = np.rint(limb).astype(np.int64)[:, None] + np.arange(-3, 4)

@@ -87,12 +87,23 @@ def train_tree(
     if not sum(map(len, start)):
         raise ValueError("examples: at least one of 16 x 16 pixels wanted")
     patches = Patches(
-        np.concatenate(cells),
+        _joined(cells),
         np.concatenate(start),
         np.concatenate(width),
         np.concatenate(masks),
     )
     return grow(patches, growth, rng, on_progress)
+
+
+def _joined(parts: list[NDArray[np.float32]]) -> NDArray[np.float32]:
+    """One array of all parts; each is given up as soon as it is copied, so that memory does not hold them twice."""
+    whole = np.empty(sum(map(len, parts)), np.float32)
+    end = len(whole)
+    while parts:
+        part = parts.pop()
+        whole[end - len(part) : end] = part
+        end -= len(part)
+    return whole
 
 
 def _shares(total: int, parts: int) -> list[int]:
@@ -112,7 +123,10 @@ def _places(
     known = cv2.erode((segments >= 0).astype(np.uint8), np.ones((LABEL_PX, LABEL_PX)), anchor=(0, 0), borderValue=0)
     known = known[: near.shape[0] - LABEL_PX + 1 : 2, : near.shape[1] - LABEL_PX + 1 : 2] > 0
     with_edge, without = np.flatnonzero(middle & known), np.flatnonzero(~middle & known)
-    drawn = [_drawn(with_edge, count - count // 2, None, rng), _drawn(without, count // 2, uneven.ravel(), rng)]
+    drawn = [
+        _drawn(with_edge, count - count // 2, None, rng),
+        _drawn(without, count // 2, np.asarray(uneven, np.float32).ravel(), rng),
+    ]
     rows, columns = np.divmod(np.concatenate(drawn), middle.shape[1])
     return rows, columns
 
