@@ -14,8 +14,9 @@ from typing import NoReturn
 
 from appliance import service
 from appliance import settings as settings_file
+from appliance.camera_settings import RecordingCamera
 from appliance.kept import state_folder
-from appliance.settings import PlcSettings, RecordingCamera, Settings
+from appliance.settings import PlcSettings, Settings
 from appliance.supervisor import StartRefusedError, Supervisor
 from plc import export
 from plc.registers import REGISTERS

@@ -12,13 +12,14 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 from appliance import service
+from appliance.camera_settings import MillCamera
 from appliance.cameras.source import CameraError
 from appliance.gauging import TimedGauge
 from appliance.install import UNIT
 from appliance.kept import state_folder
 from appliance.rigs import RigError, load_rig
 from appliance.selfcheck import SelfCheck
-from appliance.settings import MillCamera, Settings, SettingsError, load
+from appliance.settings import Settings, SettingsError, load
 from appliance.stations.sizing import source_of
 
 PICTURE_WITHIN_S = 10.0

@@ -7,7 +7,7 @@ a bar that passes for a moment, or a gap between bars, changes nothing.
 import math
 from typing import NamedTuple
 
-from appliance.settings import ExposureSettings
+from appliance.camera_settings import ExposureSettings
 
 DARKER, BRIGHTER = 0.8, 1.25  # one step of exposure
 

@@ -4,39 +4,8 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
+from appliance.camera_settings import LivenessSettings, NoCamera, PictureCamera
 from appliance.sections import FilePath, Section, unit
-
-
-class NoCamera(Section):
-    """No camera: the station is off."""
-
-    kind: Literal["off"] = Field(default="off", description="No ingot station")
-
-
-class MillPictures(Section):
-    """The simulated ingot line as camera."""
-
-    kind: Literal["mill"] = Field(description="A simulated ingot line, for trying and testing")
-    seed: int = Field(default=1, ge=0, le=2**32 - 1, description="Seed of line, ingots and noise")
-    rate_hz: float = Field(default=5.0, gt=0, le=60, description="Pictures per second", json_schema_extra=unit("1/s"))
-
-
-class RecordedPictures(Section):
-    """A recording of one camera as camera."""
-
-    kind: Literal["recording"] = Field(description="Pictures recorded before")
-    path: FilePath = Field(description="Folder with pictures 000000.png or .jpg and so on")
-    rate_hz: float = Field(
-        default=5.0,
-        ge=0,
-        le=1000,
-        description="Pictures per second; 0 plays as fast as the station takes them",
-        json_schema_extra=unit("1/s"),
-    )
-    loop: bool = Field(default=True, description="Start again at the end")
-
-
-IngotCamera = Annotated[NoCamera | MillPictures | RecordedPictures, Field(discriminator="kind")]
 
 
 def _unset_or_box(numbers: list[int]) -> list[int]:
@@ -139,7 +108,7 @@ class IngotDecisionSettings(Section):
 class IngotSettings(Section):
     """The ingot station."""
 
-    camera: IngotCamera = Field(default_factory=NoCamera, description="Where pictures come from")
+    camera: PictureCamera = Field(default_factory=NoCamera, description="Where pictures come from")
     references: FilePath | None = Field(
         default=None,
         description="Folder with top.png, bottom.png and perhaps roi.json; the simulated line can do without",
@@ -165,6 +134,7 @@ class IngotSettings(Section):
         description="Memory of the station's process, above which it ends and is started again",
         json_schema_extra=unit("MB"),
     )
+    liveness: LivenessSettings = Field(default_factory=LivenessSettings, description="When pictures are believed")
     limits: IngotLimits = Field(default_factory=IngotLimits, description="Limits of algorithms 15 and 16")
     decision: IngotDecisionSettings = Field(
         default_factory=IngotDecisionSettings, description="Sequential test over the pictures of an ingot"

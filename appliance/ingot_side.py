@@ -2,9 +2,10 @@
 
 from collections.abc import Callable
 
+from appliance.camera_settings import NoCamera
 from appliance.faults import Faults
 from appliance.ingot_publication import NO_PICTURE, STARTING, IngotPublication
-from appliance.ingot_settings import IngotSettings, NoCamera
+from appliance.ingot_settings import IngotSettings
 from appliance.stations.keeper import Health, Keeper
 from appliance.stations.link import IngotMessage, Message, StateMessage
 from plc.registers import Value
@@ -65,7 +66,7 @@ class IngotSide:
     def _hear(self, message: Message) -> None:
         if isinstance(message, IngotMessage):
             self.publication.take(message)
-            self._faults.report_station(INGOT, {})
+            self._faults.report_station(INGOT, message.faults)
         elif isinstance(message, StateMessage) and message.state == "faulty":
             self.publication.withdraw(NO_PICTURE, restarted=False)
             self._faults.report_station(INGOT, {message.fault: message.detail})

@@ -8,22 +8,21 @@ import json
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple, cast
+from typing import Any, Literal, NamedTuple, cast
 
 from pydantic import Field, ValidationError
 from pydantic_core import ErrorDetails
 
+from appliance.camera_settings import Camera, ExposureSettings, LivenessSettings, MillCamera
 from appliance.ingot_settings import IngotSettings
-from appliance.sections import FilePath
-from appliance.sections import Section as _Section
-from appliance.sections import unit as _unit
+from appliance.sections import FilePath, Section, unit
 
 
 class SettingsError(Exception):
     """The settings file cannot be used; the message names file, key, what is wrong and what is allowed."""
 
 
-class PlcSettings(_Section):
+class PlcSettings(Section):
     """The Modbus TCP server."""
 
     host: str = Field(default="127.0.0.1", description="Address to bind to; loopback unless told otherwise")
@@ -42,7 +41,7 @@ class PlcSettings(_Section):
         ge=1,
         le=3600,
         description="Time without a change of plc_heartbeat, once it was written, that is an alarm",
-        json_schema_extra=_unit("s"),
+        json_schema_extra=unit("s"),
     )
     state_directory: FilePath | None = Field(
         default=None,
@@ -50,176 +49,7 @@ class PlcSettings(_Section):
     )
 
 
-class MillCamera(_Section):
-    """The simulated mill as camera."""
-
-    kind: Literal["mill"] = Field(default="mill", description="A simulated mill, for trying and testing")
-    seed: int = Field(default=1, ge=0, le=2**32 - 1, description="Seed of bars and noise")
-    rate_hz: float = Field(
-        default=10.0, gt=0, le=60, description="Image pairs per second", json_schema_extra=_unit("1/s")
-    )
-    prepared_frames: int = Field(
-        default=0,
-        ge=0,
-        le=600,
-        description="Frames drawn before the start and then played as a loop, at any rate; 0 draws as it goes",
-    )
-
-
-class RecordingCamera(_Section):
-    """A recording as camera."""
-
-    kind: Literal["recording"] = Field(description="Pictures recorded before")
-    path: FilePath = Field(description="Folder with left/ and right/ pictures, or left.mp4 and right.mp4")
-    rate_hz: float = Field(
-        default=10.0,
-        ge=0,
-        le=1000,
-        description="Image pairs per second; 0 plays as fast as the gauge takes them",
-        json_schema_extra=_unit("1/s"),
-    )
-    loop: bool = Field(default=True, description="Start again at the end")
-
-
-class OakCamera(_Section):
-    """OAK cameras."""
-
-    kind: Literal["oak"] = Field(description="OAK cameras, through depthai")
-    left: str = Field(default="", description="Left camera: device id, address or name; empty takes the only device")
-    right: str = Field(default="", description="Right camera; empty: both sensors are those of the left device")
-    left_socket: Literal["CAM_A", "CAM_B", "CAM_C", "CAM_D"] = Field(
-        default="CAM_B", description="Sensor that is the left camera"
-    )
-    right_socket: Literal["CAM_A", "CAM_B", "CAM_C", "CAM_D"] = Field(
-        default="CAM_C", description="Sensor that is the right camera"
-    )
-    sync: Literal["wire", "ptp"] = Field(
-        default="wire", description="What keeps two devices in step: the FSYNC wire from left to right, or PTP"
-    )
-    pictures: Literal["grey", "colour"] = Field(
-        default="grey", description="Kind of pictures; grey has the sharper edges"
-    )
-    rate_hz: float = Field(
-        default=10.0, gt=0, le=120, description="Image pairs per second", json_schema_extra=_unit("1/s")
-    )
-    exposure_us: int = Field(default=500, ge=1, le=33000, description="Exposure time", json_schema_extra=_unit("µs"))
-    sensitivity_iso: int = Field(default=100, ge=100, le=1600, description="Sensitivity, as ISO value")
-    white_balance_k: int = Field(
-        default=5000, ge=1000, le=12000, description="White balance", json_schema_extra=_unit("K")
-    )
-    focus: int = Field(
-        default=130, ge=0, le=255, description="Position of the lens; one of fixed focus has no use for it"
-    )
-
-
-class StreamCamera(_Section):
-    """Network or USB cameras through OpenCV."""
-
-    kind: Literal["stream"] = Field(description="RTSP or HTTP streams, or V4L2 devices")
-    left: str = Field(description="Left camera: an address such as rtsp://..., or a device such as /dev/video0")
-    right: str = Field(description="Right camera")
-    delay_ms: float = Field(
-        default=100.0,
-        ge=0,
-        le=2000,
-        description="Time from exposure to arrival; it counts to the age of a reading",
-        json_schema_extra=_unit("ms"),
-    )
-
-
-class StreamPicture(_Section):
-    """A network or USB camera through OpenCV."""
-
-    kind: Literal["stream"] = Field(description="RTSP or HTTP stream, or a V4L2 device")
-    address: str = Field(description="An address such as rtsp://..., or a device such as /dev/video0")
-    delay_ms: float = Field(
-        default=100.0,
-        ge=0,
-        le=2000,
-        description="Time from exposure to arrival; it counts to the age of a reading",
-        json_schema_extra=_unit("ms"),
-    )
-
-
-Camera = Annotated[MillCamera | RecordingCamera | OakCamera | StreamCamera, Field(discriminator="kind")]
-
-
-class LivenessSettings(_Section):
-    """When the pictures of the cameras are no longer believed."""
-
-    lost_after_ms: int = Field(
-        default=700,
-        ge=100,
-        le=10000,
-        description="Time without a picture that counts (new, in step, not blank) after which it is a fault",
-        json_schema_extra=_unit("ms"),
-    )
-    apart_max_us: int = Field(
-        default=5000,
-        ge=1,
-        le=1000000,
-        description="Longest time between left and right exposure of a pair, by their device time stamps",
-        json_schema_extra=_unit("µs"),
-    )
-    blank_level: int = Field(
-        default=2,
-        ge=0,
-        le=255,
-        description="Steps of grey by which nearly all pixels of a blank picture stay within its median",
-    )
-    interval_max_ms: int = Field(
-        default=500,
-        ge=10,
-        le=60000,
-        description="Mean time between pairs above which they come too slowly",
-        json_schema_extra=_unit("ms"),
-    )
-    dropped_max_percent: float = Field(
-        default=75.0,
-        ge=0,
-        le=100,
-        description="Share of dropped pairs that is a fault",
-        json_schema_extra=_unit("%"),
-    )
-    idle_after_s: float = Field(
-        default=15.0,
-        ge=1,
-        le=600,
-        description="Time that a measuring process may run without a reading and without a fault",
-        json_schema_extra=_unit("s"),
-    )
-
-
-class ExposureSettings(_Section):
-    """How bright the bar's edges may be."""
-
-    clipped_max_percent: float = Field(
-        default=5.0,
-        ge=0,
-        le=100,
-        description="Share of an edge of the bar that may be overexposed",
-        json_schema_extra=_unit("%"),
-    )
-    light_min: float = Field(
-        default=0.1, ge=0, le=1, description="Least light of the bar beside its edges, over full scale"
-    )
-    after_s: float = Field(
-        default=10.0,
-        ge=0,
-        le=3600,
-        description="Time that this must last before it is a fault, or the exposure is changed",
-        json_schema_extra=_unit("s"),
-    )
-    control: bool = Field(default=False, description="Change the exposure of cameras that allow it, step by step")
-    shortest_us: float = Field(
-        default=50.0, ge=1, le=33000, description="Shortest exposure that control sets", json_schema_extra=_unit("µs")
-    )
-    longest_us: float = Field(
-        default=2000.0, ge=1, le=33000, description="Longest exposure that control sets", json_schema_extra=_unit("µs")
-    )
-
-
-class SizingSettings(_Section):
+class SizingSettings(Section):
     """The sizing station."""
 
     camera: Camera = Field(default_factory=MillCamera, description="Where image pairs come from")
@@ -232,14 +62,14 @@ class SizingSettings(_Section):
         ge=100,
         le=10000,
         description="Age from which a reading is no value any more",
-        json_schema_extra=_unit("ms"),
+        json_schema_extra=unit("ms"),
     )
     memory_max_mb: int = Field(
         default=2048,
         ge=256,
         le=65536,
         description="Memory of each measuring process, above which it ends and is started again",
-        json_schema_extra=_unit("MB"),
+        json_schema_extra=unit("MB"),
     )
     liveness: LivenessSettings = Field(default_factory=LivenessSettings, description="When pictures are believed")
     exposure: ExposureSettings = Field(default_factory=ExposureSettings, description="How bright edges may be")
@@ -248,11 +78,11 @@ class SizingSettings(_Section):
         ge=0,
         le=120,
         description="Temperature of a camera above which it is too hot",
-        json_schema_extra=_unit("°C"),
+        json_schema_extra=unit("°C"),
     )
 
 
-class JudgingSettings(_Section):
+class JudgingSettings(Section):
     """How a diameter is judged."""
 
     trust_min: float = Field(
@@ -260,40 +90,40 @@ class JudgingSettings(_Section):
         ge=0,
         le=100,
         description="Trust below which alarm_low_trust comes and correction is 0",
-        json_schema_extra=_unit("%"),
+        json_schema_extra=unit("%"),
     )
     temperature_u_c: float = Field(
         default=25.0,
         ge=0,
         le=200,
         description="Standard uncertainty of steel_temperature as the section's mean",
-        json_schema_extra=_unit("°C"),
+        json_schema_extra=unit("°C"),
     )
     bar_gap_ms: int = Field(
         default=300,
         ge=0,
         le=60000,
         description="Time without a bar that parts two bars",
-        json_schema_extra=_unit("ms"),
+        json_schema_extra=unit("ms"),
     )
 
 
-class CorrectionSettings(_Section):
+class CorrectionSettings(Section):
     """The advised change of the stand's gap."""
 
     gain: float = Field(default=0.5, ge=0, le=2, description="Share of the deviation that is corrected")
     dead_band_mm: float = Field(
-        default=0.1, ge=0, le=10, description="Deviation that is left alone", json_schema_extra=_unit("mm")
+        default=0.1, ge=0, le=10, description="Deviation that is left alone", json_schema_extra=unit("mm")
     )
     rate_mm_per_s: float = Field(
-        default=0.5, gt=0, le=100, description="Fastest change of correction", json_schema_extra=_unit("mm/s")
+        default=0.5, gt=0, le=100, description="Fastest change of correction", json_schema_extra=unit("mm/s")
     )
     limit_mm: float = Field(
-        default=1.0, ge=0, le=50, description="Largest correction either way", json_schema_extra=_unit("mm")
+        default=1.0, ge=0, le=50, description="Largest correction either way", json_schema_extra=unit("mm")
     )
 
 
-class Settings(_Section):
+class Settings(Section):
     """Everything that can be set."""
 
     plc: PlcSettings = Field(default_factory=PlcSettings, description="Modbus TCP server")

@@ -14,8 +14,8 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from appliance.cameras.source import FramePair
-from appliance.settings import LivenessSettings
+from appliance.camera_settings import LivenessSettings
+from appliance.cameras.source import Frame, FramePair
 
 Picture = NDArray[np.uint8]
 
@@ -54,6 +54,12 @@ class Exposure(NamedTuple):
         """The exposure that a pair is."""
         stamps = (pair.left_us, pair.right_us)
         return cls((pair.left, pair.right), stamps, pair.exposed_monotonic_s, pair.dropped, pair.repeated)
+
+    @classmethod
+    def of_one(cls, frame: Frame) -> Self:
+        """The exposure that a picture of a single camera is."""
+        stamps = () if frame.device_us is None else (frame.device_us,)
+        return cls((frame.picture,), stamps, frame.exposed_monotonic_s, frame.dropped, frame.repeated)
 
 
 class Verdict(NamedTuple):

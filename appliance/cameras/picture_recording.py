@@ -89,6 +89,7 @@ class PictureRecordingSource:
         recording = PictureRecording(self._folder)
         self._laps = Laps(self._folder, len(recording), recording.read, self._loop)
         self._pacer = Pacer(self._rate_hz)
+        self._last: int | None = None
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -108,11 +109,13 @@ class PictureRecordingSource:
         if due is None:
             return None
         sequence, moment_s = due
-        _, picture = self._laps.frame(sequence)
+        number, picture = self._laps.frame(sequence)
+        repeated, self._last = number == self._last, number
         return Frame(
             picture,
             sequence=sequence,
             exposed_monotonic_s=moment_s,
             exposed_utc_ms=utc_ms(moment_s),
             dropped=self._pacer.dropped,
+            repeated=repeated,
         )

@@ -83,6 +83,10 @@ class Frame:
         Exposure time; NaN where the source cannot say.
     dropped : int
         Pictures that the source had discarded, since it was opened, because a newer one was ready.
+    device_us : int or None
+        Device time stamp, µs; None where the source has none.
+    repeated : bool
+        The source knows that this is the same stored picture as the one before; a camera never does.
     truth : dict or None
         What a simulation knows about the scene (`state`, `label`, ...); never read by a gauge.
     """
@@ -93,6 +97,8 @@ class Frame:
     exposed_utc_ms: int
     exposure_us: float = float("nan")
     dropped: int = 0
+    device_us: int | None = None
+    repeated: bool = False
     truth: dict[str, object] | None = field(default=None, compare=False)
 
 

@@ -13,10 +13,10 @@ from typing import Self
 import cv2
 import numpy as np
 
+from appliance.camera_settings import StreamCamera, StreamPictures
 from appliance.cameras.pacing import utc_ms
 from appliance.cameras.pairing import Exposure, Pairing
 from appliance.cameras.source import CameraError, Frame, FramePair
-from appliance.settings import StreamCamera, StreamPicture
 
 OPEN_TIME_S = 8.0
 READ_TIME_S = 3.0  # a network camera that sends nothing for so long is gone
@@ -82,12 +82,12 @@ class StreamPictureSource:
 
     Parameters
     ----------
-    settings : StreamPicture
+    settings : StreamPictures
     """
 
     simulated = False
 
-    def __init__(self, settings: StreamPicture) -> None:
+    def __init__(self, settings: StreamPictures) -> None:
         self._settings = settings
 
     def __enter__(self) -> Self:

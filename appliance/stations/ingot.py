@@ -8,20 +8,30 @@ import math
 import threading
 import time
 
+from appliance.camera_settings import (
+    MillPictures,
+    NoCamera,
+    OakPictures,
+    PictureCamera,
+    RecordedPictures,
+    StreamPictures,
+)
+from appliance.cameras.liveness import Exposure, Liveness
 from appliance.cameras.mill import IngotMillSource
 from appliance.cameras.pacing import utc_ms
 from appliance.cameras.picture_recording import PictureRecordingSource
 from appliance.cameras.source import CameraError, EndOfRecording, Frame, PictureSource
-from appliance.ingot_settings import IngotSettings, MillPictures, NoCamera, RecordedPictures
+from appliance.cameras.stream import StreamPictureSource
+from appliance.ingot_settings import IngotSettings
 from appliance.references import IngotView, ReferencesError, decision_rule, load_view, make_reader
 from appliance.stations.link import IngotMessage, IngotVerdict, StateMessage, StationLink
-from appliance.stations.process import fault, serve
+from appliance.stations.process import fault, oak, serve, tell_lost
 from vision.ingot.decision import IngotDecision, IngotFollower
 from vision.ingot.end_face import Box
 from vision.ingot.reader import OrientationReader, References
 from vision.readings import OrientationReading
 
-PICTURE_TIMEOUT_S = 1.0
+PICTURE_TIMEOUT_S = 0.2
 PAUSE_S = 1.0
 TOLD_AGAIN = 4  # ingots: more are not decided in the time of a few lost messages
 
@@ -49,7 +59,7 @@ def run(settings: IngotSettings, link: StationLink, closed: threading.Event) -> 
             while not closed.wait(PAUSE_S):
                 link.send(fault("recording_over", str(error)))
         except CameraError as error:
-            link.send(fault("camera_lost", str(error)))
+            link.send(fault(error.fault, str(error)))
         except ReferencesError as error:
             link.send(fault("references_unusable", str(error)))
         closed.wait(PAUSE_S)
@@ -63,24 +73,33 @@ def _read(settings: IngotSettings, ingots: "IngotReporter", link: StationLink, c
     reader: OrientationReader | None = None
     with source:
         link.send(StateMessage(state="starting"))
+        liveness = Liveness(settings.liveness, time.monotonic(), numbered=source.simulated)
         while not closed.is_set():
             frame = source.next(PICTURE_TIMEOUT_S)
-            if frame is None:
-                link.send(fault("camera_lost", f"no ingot picture for {PICTURE_TIMEOUT_S:g} s; check the camera"))
+            verdict = liveness.look(frame and Exposure.of_one(frame), time.monotonic())
+            if frame is None or not verdict.counts:
+                tell_lost(verdict, link)
                 continue
             reader = reader or make_reader(settings, view or _mill_view(source), frame.picture)
             started_s = time.perf_counter()
             reading = reader.read(frame.picture)
             elapsed_ms = 1000 * (time.perf_counter() - started_s)
-            link.send(ingots.report(frame, reading, elapsed_ms, dropped=link.dropped, simulated=source.simulated))
+            message = ingots.report(frame, reading, elapsed_ms, dropped=link.dropped, simulated=source.simulated)
+            link.send(message.model_copy(update={"faults": verdict.faults}))
 
 
-def _source(camera: NoCamera | MillPictures | RecordedPictures) -> PictureSource:
-    if isinstance(camera, RecordedPictures):
-        return PictureRecordingSource(camera.path, rate_hz=camera.rate_hz, loop=camera.loop)
-    if isinstance(camera, MillPictures):
-        return IngotMillSource(camera.seed, camera.rate_hz)
-    raise CameraError("ingot.camera.kind is off; give a camera")
+def _source(camera: PictureCamera) -> PictureSource:
+    match camera:
+        case RecordedPictures():
+            return PictureRecordingSource(camera.path, rate_hz=camera.rate_hz, loop=camera.loop)
+        case MillPictures():
+            return IngotMillSource(camera.seed, camera.rate_hz)
+        case StreamPictures():
+            return StreamPictureSource(camera)
+        case OakPictures():
+            return oak().OakPictureSource(camera)
+        case NoCamera():
+            raise CameraError("ingot.camera.kind is off; give a camera")
 
 
 def _mill_view(source: PictureSource) -> IngotView:

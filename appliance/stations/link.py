@@ -130,6 +130,8 @@ class IngotMessage(_Message):
     told : tuple of IngotVerdict
         The last ingots that were decided or left undecided, oldest first; the same ones come again, so that none is
         lost with a message.
+    faults : dict of str to str
+        Faults that leave the picture standing, by name, with what exactly is wrong.
     """
 
     kind: Literal["ingot"] = "ingot"
@@ -144,6 +146,7 @@ class IngotMessage(_Message):
     ssim_bottom: float | None
     current: IngotVerdict | None
     told: tuple[IngotVerdict, ...] = ()
+    faults: dict[str, str] = {}
 
 
 Message = StateMessage | ReadingMessage | IngotMessage

@@ -10,14 +10,19 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from importlib import import_module
+from types import ModuleType
 from typing import TypeVar
 
+from appliance.cameras.liveness import Verdict
+from appliance.cameras.source import CameraError
 from appliance.ingot_settings import IngotSettings
 from appliance.settings import SizingSettings
 from appliance.stations.limits import EXIT_OUT_OF_MEMORY, limit_process
 from appliance.stations.link import StateMessage, StationLink
 
 LEAVE_TIME_S = 2.0
+REOPEN_AFTER_S = 5.0  # cameras whose pictures have not counted for so long are opened again
 
 SettingsT = TypeVar("SettingsT", SizingSettings, IngotSettings)
 
@@ -56,3 +61,19 @@ def _wait_for_close(connection: socket.socket, closed: threading.Event) -> None:
 def fault(name: str, detail: str) -> StateMessage:
     """Message of a fault of the fault table."""
     return StateMessage(state="faulty", fault=name, detail=detail)
+
+
+def tell_lost(verdict: Verdict, link: StationLink) -> None:
+    """Tell what is wrong with pictures that do not count; raise it when it lasts, to open the source again."""
+    for name, detail in verdict.faults.items():
+        if verdict.lost_s > REOPEN_AFTER_S:
+            raise CameraError(detail, name)
+        link.send(fault(name, detail))
+
+
+def oak() -> ModuleType:
+    """The module of OAK cameras, which needs an extra; raises `CameraError` where that is not installed."""
+    try:
+        return import_module("appliance.cameras.oak")
+    except ImportError as error:
+        raise CameraError("depthai is not installed; install it with: pip install 'hotgauge[oak]'") from error

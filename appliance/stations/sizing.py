@@ -7,7 +7,8 @@ import math
 import threading
 import time
 
-from appliance.cameras.liveness import Exposure, Liveness, Verdict
+from appliance.camera_settings import MillCamera, OakCamera, RecordingCamera, StreamCamera
+from appliance.cameras.liveness import Exposure, Liveness
 from appliance.cameras.mill import MillSource
 from appliance.cameras.recording import RecordingSource
 from appliance.cameras.source import Adjustable, CameraError, EndOfRecording, FramePair, PairSource
@@ -15,14 +16,13 @@ from appliance.cameras.stream import StreamSource
 from appliance.exposure import ExposureGuard
 from appliance.gauging import TimedGauge, mill_rig
 from appliance.rigs import RigError, load_rig
-from appliance.settings import MillCamera, OakCamera, RecordingCamera, SizingSettings, StreamCamera
+from appliance.settings import SizingSettings
 from appliance.stations.link import ReadingMessage, StateMessage, StationLink
-from appliance.stations.process import fault, serve
+from appliance.stations.process import fault, oak, serve, tell_lost
 from vision.readings import SizeReading
 
 PAIR_TIMEOUT_S = 0.2
 PAUSE_S = 1.0
-REOPEN_AFTER_S = 5.0  # cameras whose pictures have not counted for so long are opened again
 
 
 def main() -> None:
@@ -62,7 +62,7 @@ def _measure(settings: SizingSettings, link: StationLink, closed: threading.Even
             pair = source.next(PAIR_TIMEOUT_S)
             verdict = liveness.look(pair and Exposure.of(pair), time.monotonic())
             if pair is None or not verdict.counts:
-                _tell_lost(verdict, link)
+                tell_lost(verdict, link)
                 continue
             reading, elapsed_ms = gauge.measure(pair.left, pair.right)
             message = to_message(
@@ -86,14 +86,6 @@ def _heat(settings: SizingSettings, pair: FramePair) -> dict[str, str]:
     return {}
 
 
-def _tell_lost(verdict: Verdict, link: StationLink) -> None:
-    """Tell what is wrong with pictures that do not count; after a while raise it, and the source is opened again."""
-    for name, detail in verdict.faults.items():
-        if verdict.lost_s > REOPEN_AFTER_S:
-            raise CameraError(detail, name)
-        link.send(fault(name, detail))
-
-
 def source_of(settings: SizingSettings) -> PairSource:
     """The source of image pairs that the settings name, not opened yet."""
     camera = settings.camera
@@ -103,17 +95,9 @@ def source_of(settings: SizingSettings) -> PairSource:
         case StreamCamera():
             return StreamSource(camera, settings.liveness.apart_max_us)
         case OakCamera():
-            return _oak_source(camera, settings.liveness.apart_max_us)
+            return oak().OakSource(camera, settings.liveness.apart_max_us)
         case MillCamera():
             return MillSource(camera.seed, camera.rate_hz, camera.prepared_frames)
-
-
-def _oak_source(camera: OakCamera, in_step_us: float) -> PairSource:
-    try:
-        from appliance.cameras.oak import OakSource  # noqa: PLC0415  an extra that only those with such cameras have
-    except ImportError as error:
-        raise CameraError("depthai is not installed; install it with: pip install 'hotgauge[oak]'") from error
-    return OakSource(camera, in_step_us)
 
 
 def _gauge(settings: SizingSettings, source: PairSource, link: StationLink) -> TimedGauge:

@@ -8,10 +8,10 @@ import depthai as dai
 import numpy as np
 import pytest
 
+from appliance.camera_settings import LivenessSettings, OakCamera, OakPictures
 from appliance.cameras.liveness import Exposure, Liveness
-from appliance.cameras.oak import Cameras, OakSource
+from appliance.cameras.oak import Cameras, OakPictureSource, OakSource
 from appliance.cameras.source import CameraError
-from appliance.settings import LivenessSettings, OakCamera
 
 RAMP = 3 * np.arange(60 * 80).reshape(60, 80)  # a picture of one grey would be taken for a covered lens
 
@@ -153,7 +153,7 @@ def test_cameras_that_fall_silent_are_lost():
 def test_a_pipeline_that_ends_is_a_lost_camera():
     with source(Bench()) as oak:
         pairs_of(oak, 5)
-        oak._pipeline.stop()
+        oak._open._pipeline.stop()
         with pytest.raises(CameraError, match="gone"):
             play(oak)
 
@@ -169,3 +169,19 @@ def test_without_a_device_it_says_what_to_check_and_at_once():
     with pytest.raises(CameraError, match="check cable and power"), OakSource(OakCamera(kind="oak"), 1000):
         pass
     assert time.monotonic() - started < 8
+
+
+def test_a_single_sensor_gives_the_newest_picture_and_counts_what_was_left_out():
+    def one(pipeline, _):
+        player = pipeline.create(Player)
+        player.prepare(time.monotonic() + 0.05, period_s=0.01, frames=300)
+        return Cameras((player.output,), same_device=True)
+
+    with OakPictureSource(OakPictures(kind="oak"), one) as oak:
+        first = oak.next(1.0)
+        time.sleep(0.3)
+        later = oak.next(1.0)
+    assert (later.picture != first.picture).any()
+    assert later.sequence > first.sequence + 10
+    assert later.dropped == later.sequence - 1
+    assert later.device_us > first.device_us

@@ -107,7 +107,12 @@ def test_every_setting_has_text_bounds_and_a_key_of_its_own():
         assert not row.key.endswith(("_ms", "_hz")) or row.unit
 
 
-REQUIRED = {"recording": 'path = "x"\n', "stream": 'left = "a"\nright = "b"\n'}
+REQUIRED = {
+    ("sizing.camera", "recording"): 'path = "x"\n',
+    ("ingot.camera", "recording"): 'path = "x"\n',
+    ("sizing.camera", "stream"): 'left = "a"\nright = "b"\n',
+    ("ingot.camera", "stream"): 'address = "a"\n',
+}
 NUMBERS = [row for row in table() if "number" in row.allowed]
 
 
@@ -115,7 +120,7 @@ NUMBERS = [row for row in table() if "number" in row.allowed]
 def test_the_bounds_in_the_table_are_the_bounds_that_hold(tmp_path, row):
     *_, lower, _, upper = row.allowed.removesuffix(row.unit).replace(" up ", " ").split()
     section, _, name = row.key.rpartition(".")
-    head = f"[{section}]\n" + (f'kind = "{row.kind}"\n{REQUIRED.get(row.kind, "")}' if row.kind else "")
+    head = f"[{section}]\n" + (f'kind = "{row.kind}"\n{REQUIRED.get((section, row.kind), "")}' if row.kind else "")
     load(written(tmp_path, f"{head}{name} = {upper}"))
     too_low = float(lower) if "above" in row.allowed else int(lower) - 1
     for outside in (int(upper) + 1, too_low):

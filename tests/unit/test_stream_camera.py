@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 import pytest
 
+from appliance.camera_settings import StreamCamera, StreamPictures
 from appliance.cameras.source import CameraError
 from appliance.cameras.stream import READ_TIME_S, StreamPictureSource, StreamSource
-from appliance.settings import StreamCamera, StreamPicture
 
 PERIOD_S = 0.04
 SHAPE = (48, 64)
@@ -119,7 +119,7 @@ def test_an_address_without_a_camera_is_one_sentence():
 
 
 def test_a_device_that_is_not_there_is_one_sentence():
-    source = StreamPictureSource(StreamPicture(kind="stream", address="/dev/video77"))
+    source = StreamPictureSource(StreamPictures(kind="stream", address="/dev/video77"))
     with pytest.raises(CameraError, match="/dev/video77: cannot be opened"), source:
         pass
 
@@ -127,7 +127,7 @@ def test_a_device_that_is_not_there_is_one_sentence():
 def test_pictures_of_one_stream_are_the_newest_and_what_nobody_took_is_counted():
     with (
         serving(Cameras()) as base,
-        StreamPictureSource(StreamPicture(kind="stream", address=f"{base}/left")) as source,
+        StreamPictureSource(StreamPictures(kind="stream", address=f"{base}/left")) as source,
     ):
         first = source.next(1.0)
         time.sleep(10 * PERIOD_S)
