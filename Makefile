@@ -31,6 +31,7 @@ study: $(VENV)/installed-dev
 
 bench: $(VENV)/installed-dev
 	PYTHONPATH=tests $(BIN)/python benchmarks/pair.py
+	PYTHONPATH=tests $(BIN)/python benchmarks/ingot.py
 
 figures: $(VENV)/installed-dev
 	$(BIN)/python docs/figures

@@ -139,9 +139,8 @@ class Supervisor:
             return
         self._faults.report("settings_unusable", active=False)
         logger.info("settings are loaded again")
-        taken = {"sizing": settings.sizing}
-        if self._ingots and is_on(settings.ingot):
-            taken["ingot"] = settings.ingot
+        ingot = settings.ingot if self._ingots and is_on(settings.ingot) else self._settings.ingot
+        taken = {"sizing": settings.sizing, "ingot": ingot}
         before, self._settings = self._settings, self._settings.model_copy(update=taken)
         self._faults.report("restart_needed", active=settings != self._settings)
         if settings.sizing != before.sizing:
@@ -202,7 +201,7 @@ class Supervisor:
     def _hear(self, message: Message) -> None:
         if isinstance(message, ReadingMessage):
             self._hear_reading(message)
-        elif message.state == "faulty":
+        elif isinstance(message, StateMessage) and message.state == "faulty":
             self._hear_fault(message)
         self._tell(SIZING)
 

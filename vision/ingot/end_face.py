@@ -5,7 +5,7 @@ minus blue says which of their pixels are hot. The circle is then drawn to the e
 """
 
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import cv2
 import numpy as np
@@ -169,7 +169,7 @@ class EndFinder:
         red, warmth = self._channels(picture)
         level, _ = cv2.threshold(red, 0, 255, cv2.THRESH_OTSU)
         bright = _mask(red > max(level, self._limits.red_floor))
-        hot = bright if warmth is red else cv2.bitwise_and(bright, _mask(warmth >= self._limits.warmth))
+        hot = bright if warmth is red else bright & _mask(warmth >= self._limits.warmth)
         found = [self._by_region(region, warmth) for region in self._regions(bright, hot)]
         ends = [end for end, _ in found if end is not None]
         if ends:
@@ -183,9 +183,9 @@ class EndFinder:
         if picture.dtype != np.uint8:
             raise TypeError(f"picture must be of uint8, got {picture.dtype}")
         crop = self._crop
-        rows, columns = picture.shape[:2]
         if picture.ndim not in {2, 3} or picture.shape[2:] not in {(), (3,)}:
             raise ValueError(f"picture must have shape (rows, columns) or (rows, columns, 3), got {picture.shape}")
+        rows, columns = picture.shape[:2]
         if crop.x + crop.width > columns or crop.y + crop.height > rows:
             raise ValueError(f"picture of {columns} x {rows} does not hold the crop {tuple(crop)}")
         part = picture[crop.y : crop.y + crop.height, crop.x : crop.x + crop.width]
@@ -269,7 +269,7 @@ def _connected(mask: Mask, hot: Mask) -> list[tuple[_Region, float]]:
     ]
 
 
-def _described(labels: NDArray[np.int32], label: int, box: Box, centroid: NDArray[np.float64]) -> _Region:
+def _described(labels: NDArray[Any], label: int, box: Box, centroid: NDArray[np.float64]) -> _Region:
     inside = labels[box.y : box.y + box.height, box.x : box.x + box.width] == label
     moments = cv2.moments(_mask(inside), binaryImage=True)
     axis_deg = 0.5 * np.degrees(np.arctan2(2 * moments["mu11"], moments["mu20"] - moments["mu02"]))
