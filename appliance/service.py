@@ -6,6 +6,8 @@ Without the library or without a service manager nothing is told, and the log go
 import faulthandler
 import logging
 import os
+import select
+import socket
 from collections.abc import Mapping
 from typing import Protocol, cast
 
@@ -26,6 +28,7 @@ except ImportError:
 else:
     _daemon, _journal = cast("_Daemon", daemon), cast("_Journal", journal)
 
+JOURNAL = "/run/systemd/journal/socket"
 FIELD_PREFIX = "HOTGAUGE_"
 _FORMAT = "%(asctime)s %(levelname)s %(message)s"
 _SYSLOG = {logging.DEBUG: 7, logging.INFO: 6, logging.WARNING: 4, logging.ERROR: 3, logging.CRITICAL: 2}
@@ -42,32 +45,48 @@ def is_managed() -> bool:
 
 
 class ServiceManager:
-    """The service manager that has started this process, if any; telling is always possible and never raises."""
+    """The service manager that has started this process, if any; telling it never waits and never raises."""
 
     def __init__(self) -> None:
+        self._ready = False
         self._status = ""
 
     def ready(self) -> None:
         """Say that the port answers."""
-        _tell("READY=1")
+        self._ready = _tell("READY=1")
 
     def proof(self, status: str) -> None:
         """Say that the port has answered with a heartbeat that moves, and what the gauge does, in words."""
         news = f"\nSTATUS={status}" if status != self._status else ""
-        self._status = status
-        _tell(f"WATCHDOG=1{news}")
+        again = "" if self._ready else "\nREADY=1"
+        if _tell(f"WATCHDOG=1{news}{again}"):
+            self._ready = True
+            self._status = status
 
     def stopping(self) -> None:
         """Say that the end has begun."""
         _tell("STOPPING=1")
 
 
-def _tell(state: str) -> None:
-    if _daemon is not None and is_managed():
+def _tell(state: str) -> bool:
+    """Whether the manager has been told; one that does not listen just now, or is gone, is not waited for."""
+    address = os.environ.get("NOTIFY_SOCKET", "")
+    if _daemon is None or not address:
+        return False
+    try:
+        return _listens(address) and _daemon.notify(state)
+    except OSError:
+        return False
+
+
+def _listens(address: str) -> bool:
+    """Whether a socket has room for a message; the library waits for room, and holds the interpreter while it does."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as probe:
         try:
-            _daemon.notify(state)
-        except OSError as error:  # the manager itself is being restarted
-            logging.getLogger("hotgauge.service").warning("the service manager cannot be told: %s", error)
+            probe.connect(f"\0{address[1:]}" if address.startswith("@") else address)
+        except OSError:
+            return False
+        return bool(select.select([], [probe], [], 0)[1])
 
 
 def start_log() -> None:
@@ -88,7 +107,8 @@ class _JournalHandler(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         try:
-            self._journal.send(self.format(record), **fields_of(record))
+            if _listens(JOURNAL):
+                self._journal.send(self.format(record), **fields_of(record))
         except OSError:
             self.handleError(record)
 

@@ -7,6 +7,7 @@ babbles, or a disk that is full, changes what is published, never whether someth
 import asyncio
 import contextlib
 import logging
+import os
 import time
 from collections.abc import Callable, Mapping
 
@@ -171,10 +172,8 @@ class Supervisor:
         try:
             await self._server.start()
         except OSError as error:
-            plc = self._settings.plc
-            raise StartRefusedError(
-                f"cannot serve on {plc.host}:{plc.port}: {error.strerror}; stop what uses it or set plc.port"
-            ) from error
+            place, why = f"{self._settings.plc.host}:{self._settings.plc.port}", os.strerror(error.errno or 0)
+            raise StartRefusedError(f"cannot serve on {place}: {why}; stop what uses it or set plc.port") from error
 
     async def _prove(self, on_serving: Callable[[int], None], on_proof: Callable[[str], None]) -> None:
         """Ask the own port again and again; who watches the gauge hears only of answers that move on."""

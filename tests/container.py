@@ -46,9 +46,8 @@ def why_impossible() -> str:
     missing = [tool for tool in ("systemd-nspawn", "nsenter", "mount") if shutil.which(tool) is None]
     if missing:
         return f"no {missing[0]}"
-    tried = subprocess.run(
-        ["unshare", "--mount", "mount", "-t", "tmpfs", "none", "/mnt"], check=False, capture_output=True
-    )
+    words = ["unshare", "--mount", "mount", "-t", "tmpfs", "none", "/mnt"]
+    tried = subprocess.run(words, check=False, capture_output=True)
     return "" if tried.returncode == 0 else "mounting is not permitted"
 
 

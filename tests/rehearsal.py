@@ -26,6 +26,7 @@ class Rehearsal:
         self._sizing = sizing
         self.refused: StartRefusedError | None = None
         self.wall = time.time
+        self.on_proof: Callable[[str], None] = lambda _: None
         self.keep_in(None)
 
     def keep_in(self, folder: Path | None) -> None:
@@ -69,7 +70,7 @@ class Rehearsal:
 
     async def _supervise(self) -> None:
         self._loop = asyncio.get_running_loop()
-        await self.supervisor.run(self._on_serving)
+        await self.supervisor.run(self._on_serving, self.on_proof)
 
     def _on_serving(self, port: int) -> None:
         self._port = port

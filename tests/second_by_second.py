@@ -26,6 +26,7 @@ class Seen(NamedTuple):
     faults: frozenset[str]
     age_ms: float | None
     diameter_mm: float | None
+    expanded_mm: float | None
 
     def __str__(self) -> str:
         age = "none" if self.age_ms is None else f"{self.age_ms:.0f} ms"
@@ -93,4 +94,5 @@ def glance(wire: Wire) -> Seen:
         frozenset(name for name, bit in BITS.items() if word >> bit & 1),
         block["measurement_age"],
         block["diameter"],
+        block["expanded_uncertainty"],
     )

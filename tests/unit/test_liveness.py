@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
+from appliance.cameras import liveness as liveness_module
 from appliance.cameras.liveness import Exposure, Liveness
 from appliance.cameras.mill import MillSource
 from appliance.cameras.recording import RecordingSource
@@ -14,7 +15,6 @@ from appliance.settings import LivenessSettings
 
 PERIOD_S = 0.1
 SETTINGS = LivenessSettings()
-ALWAYS = SETTINGS.model_copy(update={"lost_after_ms": 10**9})  # detectors off: nothing lasts long enough
 
 
 def pictures(number: int, *, shape: tuple[int, ...] = (60, 80)) -> tuple[np.ndarray, np.ndarray]:
@@ -52,7 +52,7 @@ def frozen_right(number: int) -> Exposure:
 
 
 def standing_stamp(number: int) -> Exposure:
-    return exposure(number, device_us=(900_000, exposure(number).device_us[1]))
+    return exposure(number, device_us=(900_000, 900_000))
 
 
 def out_of_step(number: int) -> Exposure:
@@ -88,27 +88,41 @@ def nothing(_: int) -> None:
     return None
 
 
-@pytest.mark.parametrize(
-    ("make", "name", "words"),
-    [
-        (frozen_left, "camera_frozen", "left camera's picture"),
-        (frozen_right, "camera_frozen", "right camera's picture"),
-        (standing_stamp, "camera_frozen", "left camera's time stamp"),
-        (out_of_step, "pair_out_of_step", "5001 µs"),
-        (black, "picture_blank", "right"),
-        (another_size, "picture_size_changed", "right"),
-        (clock_back, "camera_clock_wrong", "back"),
-        (from_the_future, "camera_clock_wrong", "later than now"),
-        (nothing, "camera_lost", "no picture"),
-    ],
-)
-def test_what_may_not_be_believed_is_not_measured_and_named_in_time(make, name, words):
+DETECTORS = [
+    (frozen_left, "camera_frozen", "left camera's picture", "_frozen"),
+    (frozen_right, "camera_frozen", "right camera's picture", "_frozen"),
+    (standing_stamp, "camera_frozen", "left camera's time stamp", "_clock"),
+    (out_of_step, "pair_out_of_step", "5001 µs", "_apart"),
+    (black, "picture_blank", "right", "_blank"),
+    (another_size, "picture_size_changed", "right", "_size_changed"),
+    (clock_back, "camera_clock_wrong", "back", "_clock"),
+    (from_the_future, "camera_clock_wrong", "later than now", "_future"),
+]
+
+
+@pytest.mark.parametrize(("make", "name", "words", "detector"), DETECTORS)
+def test_what_may_not_be_believed_is_not_measured_and_named_in_time(make, name, words, detector):
     found, after_s, counted, detail = first_fault(make)
     assert found == name
     assert words in detail
     assert counted == 0
-    assert SETTINGS.lost_after_ms / 1000 - 1e-6 <= after_s <= SETTINGS.lost_after_ms / 1000 + PERIOD_S + 1e-6
-    assert first_fault(make, settings=ALWAYS)[0] is None  # without the detector this test fails
+    limit_s = SETTINGS.lost_after_ms / 1000
+    assert limit_s - 1e-6 <= after_s <= limit_s + PERIOD_S + 1e-6
+
+
+@pytest.mark.parametrize(("make", "name", "words", "detector"), DETECTORS)
+def test_without_its_detector_it_would_be_measured(make, name, words, detector, monkeypatch):
+    monkeypatch.setattr(liveness_module, detector, lambda *_: None)
+    found, _, counted, _ = first_fault(make)
+    assert found is None
+    assert counted == 30
+
+
+def test_a_camera_that_gives_nothing_is_lost_in_time():
+    found, after_s, _, _ = first_fault(nothing)
+    assert found == "camera_lost"
+    assert after_s == pytest.approx(SETTINGS.lost_after_ms / 1000, abs=PERIOD_S + 1e-6)
+    assert first_fault(nothing, settings=SETTINGS.model_copy(update={"lost_after_ms": 10000}))[0] is None
 
 
 def test_a_picture_that_is_one_colour_with_a_moving_mark_is_blank():
