@@ -1,5 +1,8 @@
-"""Draws the figures of the documents: `make figures`. Needs the recording `line_a` (see HOTGAUGE_RECORDINGS)."""
+"""Draws the figures of the documents: `make figures`. Needs the recordings (see HOTGAUGE_RECORDINGS)."""
 
+import csv
+import itertools
+import json
 import os
 from pathlib import Path
 
@@ -11,8 +14,10 @@ mpl.use("Agg")
 from matplotlib import pyplot as plt
 
 from appliance.calibrate import calibrate_folder
+from appliance.cameras.picture_recording import PictureRecording
 from appliance.cameras.recording import Recording
 from appliance.mill.bars import Bar
+from appliance.mill.ingot.conditions import ingot_sequence
 from appliance.mill.rig import default_rig
 from appliance.mill.scene import Scene
 from appliance.mill.sensor import Sensor, coded
@@ -96,5 +101,45 @@ def edge_profile():
     figure.savefig(FOLDER / "edge_profile.png", dpi=80)
 
 
+def at_half_way(frames, roi):
+    """The crop region of the picture that is half way through the placed ones, each time an ingot is placed."""
+    left, top, width, height = roi
+    for state, group in itertools.groupby(frames, key=lambda frame: frame[1]):
+        placed = [picture for picture, _ in group]
+        if state == "placed":
+            yield placed[len(placed) // 2][top : top + height, left : left + width]
+
+
+def recorded_ingots():
+    """One picture of each ingot of the path-traced recording."""
+    line = RECORDINGS / "ingot_line"
+    roi = json.loads((line / "roi.json").read_text())["roi_crop"]
+    for folder in sorted(line.glob("seq*")):
+        states = [row["state"] for row in csv.DictReader((folder / "truth.csv").read_text().splitlines())]
+        pictures = (picture for _, picture in PictureRecording(folder))
+        yield from at_half_way(zip(pictures, states, strict=True), roi)
+
+
+def mill_ingots(seeds):
+    """One picture of each of two ingots of every seed."""
+    for seed in seeds:
+        sequence = ingot_sequence(seed)
+        yield from at_half_way(((picture, truth.state) for picture, truth in sequence.frames), sequence.roi_crop)
+
+
+def ingot_strip():
+    """Ingots of the recording above, of five simulated lines below."""
+    recorded, simulated = list(recorded_ingots()), list(mill_ingots(range(1, 6)))
+    figure, axes = plt.subplots(3, 5, figsize=(11, 8))
+    for place, picture in zip(axes.flat, recorded + simulated, strict=True):
+        place.imshow(cv2.cvtColor(picture, cv2.COLOR_BGR2RGB))
+        place.set_axis_off()
+    axes[0, 0].set_title("ingot_line, path-traced", loc="left", fontsize=9)
+    axes[1, 0].set_title("mill, two ingots of each of five lines", loc="left", fontsize=9)
+    figure.tight_layout()
+    figure.savefig(FOLDER / "ingots.png", dpi=70)
+
+
 if __name__ == "__main__":
     edge_profile()
+    ingot_strip()

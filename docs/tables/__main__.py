@@ -6,6 +6,7 @@ from pathlib import Path
 from appliance.alarms import ALARMS
 from appliance.expansion import GRADES
 from appliance.faults import FAULTS
+from appliance.mill.ingot.conditions import INGOT_CONDITIONS
 from appliance.mill.scenes import CONDITIONS
 from appliance.settings import table
 from plc.export import to_markdown
@@ -72,7 +73,11 @@ def faults() -> str:
 def scenes() -> str:
     """What the simulated mill can draw."""
     rows = [(f"`{row.name}`", row.kind, row.text) for row in CONDITIONS]
-    intro = "Scenes of the simulated mill: `hotgauge simulate --output DIR --scene CONDITION --effect EFFECT`."
+    rows += [(f"`ingots-{row.name}`", "ingots", row.text) for row in INGOT_CONDITIONS]
+    intro = (
+        "Scenes of the simulated mill: `hotgauge simulate --output DIR --scene CONDITION --effect EFFECT`. "
+        "Those of ingots take no effect, and `ingots` alone is `ingots-mixed`."
+    )
     return _document("Scenes", intro, ("name", "kind", "text"), rows)
 
 

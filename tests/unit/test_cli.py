@@ -10,6 +10,7 @@ from running import free_port
 
 from appliance import cli
 from appliance.cameras.mill import MillSource
+from appliance.cameras.picture_recording import PictureRecording
 from appliance.gauging import mill_rig
 from appliance.measure import READING_FIELDS
 from appliance.mill.bars import bar_at
@@ -182,6 +183,40 @@ def test_simulate_writes_a_thermal_recording(tmp_path):
     assert cli.main(["simulate", "--output", str(folder), "--scene", "thermal", "--frames", "3"]) == 0
     assert (folder / "truth.json").is_file()
     assert len(list(folder.glob("*.png"))) == 8  # five of the empty line first
+
+
+def test_simulate_writes_an_ingot_line_with_references_and_truth(tmp_path, capsys):
+    folder = tmp_path / "line"
+    assert cli.main(["simulate", "--output", str(folder), "--scene", "ingots-clean", "--frames", "20"]) == 0
+    assert f"hotgauge orient {folder}/seq01 --references {folder}" in capsys.readouterr().out
+    assert sorted(path.name for path in folder.iterdir()) == ["bottom.png", "roi.json", "seq01", "top.png"]
+    roi = json.loads((folder / "roi.json").read_text())
+    assert len(roi["roi_crop"]) == len(roi["roi_centroid"]) == 4
+    with (folder / "seq01" / "truth.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0]) == ["frame", "present", "label", "x", "y", "r", "state", "touch", "over"]
+    assert [int(row["frame"]) for row in rows] == list(range(20))
+    assert rows[0]["state"] == "empty"
+    assert not rows[0]["label"]
+    frames = dict(PictureRecording(folder / "seq01"))
+    assert list(frames) == list(range(20))
+    assert frames[0].shape == (540, 960, 3)
+    assert all(cv2.imread(str(folder / f"{end}.png")).shape == (64, 64, 3) for end in ("top", "bottom"))
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        (["--scene", "ingots-glar"], ("'ingots-glar'", "ingots-glare")),
+        (["--scene", "ingots", "--effect", "haze"], ("--effect",)),
+    ],
+)
+def test_simulate_says_in_a_sentence_what_is_wrong_with_a_scene_of_ingots(tmp_path, capsys, words, named):
+    assert cli.main(["simulate", "--output", str(tmp_path / "line"), *words]) == 2
+    message = capsys.readouterr().err
+    assert message.count("\n") == 1
+    assert all(name in message for name in named)
+    assert not (tmp_path / "line").exists()
 
 
 def test_simulate_names_the_scenes_that_there_are(tmp_path, capsys):

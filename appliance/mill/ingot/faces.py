@@ -19,8 +19,8 @@ Rng = np.random.Generator
 LABELS: tuple[Label, Label] = ("top", "bottom")
 FACE_CELLS = 160
 SIDE_CELLS = (64, 192)  # along, around
-SHARE_OF_FAINT_TOPS = 0.15
-SHARE_OF_SCALED_BOTTOMS = 0.2
+SHARE_OF_FAINT_TOPS = 0.2
+SHARE_OF_SCALED_BOTTOMS = 0.25
 # Feed and kill rates of Gray and Scott's reaction at which stripes, mazes and corals grow.
 REACTIONS = ((0.037, 0.060), (0.055, 0.062), (0.046, 0.060))
 REACTION_STEPS = 1800
@@ -50,6 +50,8 @@ class Looks:
         Part of the face that flakes of scale cover.
     flake_depth : float
         How much darker a flake is.
+    flake_size : float
+        Over the diameter.
     scratches : int
     """
 
@@ -61,12 +63,13 @@ class Looks:
     mottling: float = 0.03
     flakes: float = 0.02
     flake_depth: float = 0.2
+    flake_size: float = 0.06
     scratches: int = 0
 
 
 TYPICAL: dict[Label, Looks] = {
-    "top": Looks(6.0, 0.3, 0.12, 0.18, 0.12, 0.03, 0.02, 0.15, 0),
-    "bottom": Looks(rim=0.1, recess=0.03, mottling=0.03, flakes=0.02, flake_depth=0.2, scratches=2),
+    "top": Looks(wrinkles=6.0, contrast=0.3, relief=0.12, rim=0.18, recess=0.12),
+    "bottom": Looks(recess=0.03, scratches=2),
 }
 
 
@@ -76,7 +79,7 @@ def random_looks(label: Label, rng: Rng) -> Looks:
         faint = rng.random() < SHARE_OF_FAINT_TOPS
         return Looks(
             wrinkles=math.exp(rng.uniform(math.log(3), math.log(11))),
-            contrast=rng.uniform(0.08, 0.16) if faint else rng.uniform(0.16, 0.5),
+            contrast=rng.uniform(0.07, 0.15) if faint else rng.uniform(0.15, 0.45),
             relief=rng.uniform(0.0, 0.2),
             rim=rng.uniform(0.05, 0.28),
             recess=rng.uniform(0.0, 0.25),
@@ -90,8 +93,9 @@ def random_looks(label: Label, rng: Rng) -> Looks:
         rim=rng.uniform(0.03, 0.25),
         recess=rng.uniform(0.0, 0.15) if scaled else rng.uniform(-0.03, 0.06),
         mottling=rng.uniform(0.01, 0.06),
-        flakes=rng.uniform(0.08, 0.25) if scaled else rng.uniform(0.0, 0.05),
-        flake_depth=rng.uniform(0.1, 0.3),
+        flakes=rng.uniform(0.08, 0.4) if scaled else rng.uniform(0.0, 0.05),
+        flake_depth=rng.uniform(0.2, 0.45) if scaled else rng.uniform(0.05, 0.25),
+        flake_size=rng.uniform(0.08, 0.25) if scaled else rng.uniform(0.03, 0.09),
         scratches=int(rng.integers(0, 6)),
     )
 
@@ -107,8 +111,9 @@ def face(looks: Looks, rng: Rng) -> Light:
         height = _wrinkles(looks.wrinkles, rng)
         light *= 1 - np.float32(looks.contrast) * (1 - height) * inner
         light *= 1 + np.float32(looks.relief) * _flanks(height, rng.uniform(0, 2 * np.pi)) * inner
-    flaking = noise(rng, (FACE_CELLS, FACE_CELLS), FACE_CELLS * rng.uniform(0.03, 0.09))
-    flake = _smooth_step((flaking - np.quantile(flaking, 1 - looks.flakes)) / np.float32(0.3) - np.float32(0.5))
+    flaking = noise(rng, (FACE_CELLS, FACE_CELLS), FACE_CELLS * looks.flake_size)
+    flaking += np.float32(0.4) * noise(rng, (FACE_CELLS, FACE_CELLS), FACE_CELLS * looks.flake_size / 3)
+    flake = _smooth_step((flaking - np.quantile(flaking, 1 - looks.flakes)) / np.float32(0.3) + np.float32(0.5))
     light *= 1 - np.float32(looks.flake_depth) * flake
     _scratch(light, looks.scratches, rng)
     light *= 1 + np.float32(rng.uniform(0, 0.08)) * _slope(across, rng)

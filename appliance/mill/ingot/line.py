@@ -16,7 +16,7 @@ Box = tuple[int, int, int, int]  # x, y, width, height, pixels
 Range = tuple[float, float]
 
 IMAGE_SIZE = (960, 540)
-RADIUS_PX: Range = (36.0, 60.0)  # of an end that has just been set down, in a picture 960 pixels wide
+RADIUS_PX: Range = (35.0, 62.0)  # of an end that has just been set down, in a picture 960 pixels wide
 HOTTER_C = 12.0  # half the range of the ingots' temperatures
 RESPONSES: tuple[Response, ...] = ("srgb", "gamma 2.2")
 
@@ -189,7 +189,7 @@ def random_line(seed: int, habits: Habits, image_size: tuple[int, int] = IMAGE_S
     temperature_c = rng.uniform(1030, 1180)
     peak = rng.uniform(0.6, 0.92)  # of red over full scale: a hot ingot near the rolls
     hottest = levels(temperature_c + HOTTER_C) * habits.drift[1]
-    white = rng.uniform((0.4, 0.6, 1.0), (1.3, 1.15, 1.0)) * peak / hottest[2]
+    white = rng.uniform((0.25, 0.5, 1.0), (0.9, 1.0, 1.0)) * peak / hottest[2]
     return IngotLine(
         seed=seed,
         camera=camera,

@@ -139,7 +139,7 @@ def see(camera: TrueCamera, rays: Light, ingot: Ingot, pose: Pose, margin_px: in
     from_end = (axes @ (camera.centre_mm - np.array(pose.end_mm))).astype(np.float32)
     cast = _Cast(along, across, up, from_end, np.float32(ingot.radius_mm), np.float32(ingot.length_mm))
     near, far = cast.disc(0.0), cast.disc(ingot.length_mm)
-    side, side_light = cast.side(ingot.side)
+    side, side_light = cast.side(ingot.side, far)
     coverage = np.maximum(np.maximum(near.coverage, far.coverage), side)
     light, face = side_light, np.zeros_like(coverage)
     if from_end[0] < 0:
@@ -186,7 +186,7 @@ class _Cast:
         covered = np.where(depth > 0, _inside(np.hypot(across, up)), np.float32(0))
         return _Disc(covered.astype(np.float32), across, up)
 
-    def side(self, texture: Light) -> tuple[Light, Light]:
+    def side(self, texture: Light, far: _Disc) -> tuple[Light, Light]:
         """Coverage between both ends, and the relative light there."""
         _, across_0, up_0 = self.from_end
         square = np.maximum(self.across**2 + self.up**2, np.float32(1e-9))
@@ -197,6 +197,9 @@ class _Cast:
         place = self.from_end[0] + depth * self.along
         between = (depth > 0) & (place >= 0) & (place <= self.length)
         coverage = np.where(between, _inside(np.abs(passing) / self.radius), np.float32(0))
+        # the body's outline at its far end is that end's rim
+        behind = place > self.length - np.float32(0.3) * self.radius
+        coverage = np.where(behind, np.minimum(coverage, far.coverage), coverage)
         turn = np.arctan2(up_0 + depth * self.up, across_0 + depth * self.across)
         cells_along, cells_around = texture.shape
         u = turn * np.float32(cells_around / (2 * np.pi))

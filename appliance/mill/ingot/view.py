@@ -149,8 +149,8 @@ class LineView:
         sharp = cv2.GaussianBlur(
             np.stack([seen.coverage, seen.light], axis=2), (0, 0), blur.core_px, borderType=cv2.BORDER_REPLICATE
         )
-        small = cv2.resize(seen.light, None, fx=0.25, fy=0.25, interpolation=cv2.INTER_AREA)
         rows, columns = seen.light.shape
+        small = cv2.resize(seen.light, (columns // 4 + 1, rows // 4 + 1), interpolation=cv2.INTER_AREA)
         wide = cv2.resize(cv2.GaussianBlur(small, (0, 0), 2.0), (columns, rows), interpolation=cv2.INTER_LINEAR)
         part = light[_within(place, (seen.rows, seen.columns))]
         part *= 1 - sharp[..., :1]
