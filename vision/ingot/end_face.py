@@ -228,6 +228,8 @@ class EndFinder:
         limits, crop = self._limits, self._crop
         if region.box.y == 0:
             return None, IngotReason.HANGING
+        if self._is_cut(region.box):
+            return None, IngotReason.OUTSIDE
         fitted = fit_lower_arc(warmth, circle, limits.arc)
         if fitted is None:
             return None, IngotReason.NO_CIRCLE
@@ -240,17 +242,19 @@ class EndFinder:
         return End(float(x + crop.x), float(y + crop.y), float(radius), method), IngotReason.NONE
 
     def _misplaced(self, region: _Region, circle: Circle) -> IngotReason:
-        limits, crop = self._limits, self._crop
+        limits = self._limits
         length_px = circle.y + circle.radius - region.box.y
         if length_px > limits.length * 2 * circle.radius:
             return IngotReason.HANGING
         if abs(region.tilt_deg) > limits.tilt_deg:
             return IngotReason.TILTED
         x, y = region.centroid
-        cut = circle.y + circle.radius > crop.height or abs(circle.x - crop.width / 2) + circle.radius > crop.width / 2
-        if cut or not self._centroid.holds(x + crop.x, y + crop.y):
-            return IngotReason.OUTSIDE
-        return IngotReason.NONE
+        return IngotReason.NONE if self._centroid.holds(x + self._crop.x, y + self._crop.y) else IngotReason.OUTSIDE
+
+    def _is_cut(self, box: Box) -> bool:
+        """Whether a box of the crop touches the crop's left, right or lower side."""
+        crop = self._crop
+        return box.x == 0 or box.x + box.width == crop.width or box.y + box.height == crop.height
 
 
 def _mask(true: NDArray[np.bool_]) -> Mask:
