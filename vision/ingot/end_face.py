@@ -17,7 +17,6 @@ from vision.readings import IngotReason
 Picture = NDArray[np.uint8]
 Mask = NDArray[np.uint8]
 
-MIN_REGION_PX = 100
 WIDE_RADIUS = (0.02, 0.11)  # of the picture's width
 AREA_SHARE = (3.2, 7.5)  # of an ingot's region, in squares of its end's radius
 BODY_WIDTH = 1.15  # half width of what belongs to an ingot, in radii of its end
@@ -198,7 +197,7 @@ class EndFinder:
     def _regions(self, bright: Mask, hot: Mask) -> list[_Region]:
         """Bright regions that are hot and large enough to hold an end, largest first."""
         least_px = self._limits.radius_px[0] ** 2  # a third of the disc
-        return [region for region, hot_px in _connected(bright, hot) if hot_px >= least_px]
+        return _connected(bright, hot, least_px)
 
     def _by_region(self, region: _Region, warmth: Picture) -> tuple[End | None, IngotReason]:
         """Algorithm 15 for one region; without an end, why."""
@@ -261,16 +260,12 @@ def _mask(true: NDArray[np.bool_]) -> Mask:
     return true.view(np.uint8)
 
 
-def _connected(mask: Mask, hot: Mask) -> list[tuple[_Region, float]]:
-    """8-connected regions with the number of their hot pixels, largest first."""
+def _connected(mask: Mask, hot: Mask, least_px: float) -> list[_Region]:
+    """8-connected regions with at least so many hot pixels, largest first."""
     count, labels, boxes, centroids = cv2.connectedComponentsWithStats(mask, connectivity=8)
     hot_px = np.bincount(labels[hot > 0], minlength=count)
-    order = [int(label) for label in np.argsort(-boxes[:, cv2.CC_STAT_AREA]) if label]
-    return [
-        (_described(labels, label, Box(*map(int, boxes[label, :4])), centroids[label]), float(hot_px[label]))
-        for label in order
-        if hot_px[label] > MIN_REGION_PX
-    ]
+    order = [int(label) for label in np.argsort(-boxes[:, cv2.CC_STAT_AREA]) if label and hot_px[label] >= least_px]
+    return [_described(labels, label, Box(*map(int, boxes[label, :4])), centroids[label]) for label in order]
 
 
 def _described(labels: NDArray[Any], label: int, box: Box, centroid: NDArray[np.float64]) -> _Region:
