@@ -72,6 +72,7 @@ class Supervisor:
         self._stopping = False
         self._measuring = False
         self._simulated = False
+        self._refuses = False
         self._refusal = ""
 
     def stop(self) -> None:
@@ -103,9 +104,10 @@ class Supervisor:
         StartRefusedError
             The measuring process cannot use its settings at start, or the port cannot be had.
         """
+        self._refuses = refuses
         self._kept.load()
         self._apply_written()
-        parts = (self._keeper.keep(), self._serve(refuses), self._kept.keep(), self._prove(on_serving, on_proof))
+        parts = (self._keeper.keep(), self._serve(), self._kept.keep(), self._prove(on_serving, on_proof))
         tasks = {asyncio.create_task(part) for part in parts}
         try:
             done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -139,12 +141,12 @@ class Supervisor:
             self._publication.stale_after_ms = settings.sizing.stale_after_ms
             self._keeper.renew(settings.sizing.model_dump_json())
 
-    async def _serve(self, refuses: bool) -> None:
-        if refuses:
+    async def _serve(self) -> None:
+        if self._refuses:
             await self._news.wait()  # the first message tells whether the settings can be used
         if self._stopping:
             return
-        if self._refusal and refuses:
+        if self._refusal:
             raise StartRefusedError(self._refusal)
         await self._start_server()
         self._serving.set()
@@ -206,9 +208,10 @@ class Supervisor:
     def _hear_fault(self, message: StateMessage) -> None:
         self._stop_measuring(NO_PAIR)
         self._worked_s = time.monotonic()
-        self._faults.report_station(SIZING, {message.fault: message.detail})
-        if not self._serving.is_set():
-            self._refusal = message.detail
+        if self._refuses and not self._serving.is_set():
+            self._refusal = message.detail  # the one sentence that somebody who has just started it reads
+        else:
+            self._faults.report_station(SIZING, {message.fault: message.detail})
 
     def _hear_health(self, health: Health) -> None:
         if health.ended:
