@@ -34,6 +34,7 @@ bench: $(VENV)/installed-dev $(CONTRIB)/installed
 	PYTHONPATH=tests $(BIN)/python benchmarks/pair.py
 	PYTHONPATH=tests $(BIN)/python benchmarks/edges.py
 	PYTHONPATH=tests $(BIN)/python benchmarks/fusion.py
+	PYTHONPATH=tests $(BIN)/python benchmarks/ingot.py
 
 figures: $(VENV)/installed-dev
 	$(BIN)/python docs/figures

@@ -148,9 +148,11 @@ async def _supervise(settings: Settings, load: Callable[[], Settings]) -> None:
 
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, stop)
-    loop.add_signal_handler(signal.SIGHUP, reload)
+    managed = service.is_managed()
+    if managed:  # on a terminal it means that the terminal is closed
+        loop.add_signal_handler(signal.SIGHUP, reload)
     # a service has nobody who looks at a refusal: it serves the fault instead
-    await supervisor.run(serving, manager.proof, refuses=not service.is_managed())
+    await supervisor.run(serving, manager.proof, refuses=not managed)
 
 
 def _welcome(settings: Settings, port: int) -> list[str]:

@@ -28,8 +28,8 @@ class IngotSide:
     faults : Faults
     on_news : callable
         Gets the name of the station whenever there is something to publish.
-    on_refusal : callable
-        Gets the sentence of each fault that the station tells.
+    refuses : callable
+        Gets the sentence of each fault that the station tells; says whether it is the end of the appliance.
 
     Attributes
     ----------
@@ -41,13 +41,13 @@ class IngotSide:
         settings: IngotSettings,
         faults: Faults,
         on_news: Callable[[str], None],
-        on_refusal: Callable[[str], None],
+        refuses: Callable[[str], bool],
     ) -> None:
         self.publication = IngotPublication(settings.stale_after_ms)
         self._keeper = Keeper(MODULE, settings.model_dump_json(), self._hear, self._hear_health)
         self._faults = faults
         self._on_news = on_news
-        self._on_refusal = on_refusal
+        self._refuses = refuses
 
     async def keep(self) -> None:
         """Keep the process running until cancelled."""
@@ -69,8 +69,8 @@ class IngotSide:
             self._faults.report_station(INGOT, message.faults)
         elif isinstance(message, StateMessage) and message.state == "faulty":
             self.publication.withdraw(NO_PICTURE, restarted=False)
-            self._faults.report_station(INGOT, {message.fault: message.detail})
-            self._on_refusal(message.detail)
+            if not self._refuses(message.detail):
+                self._faults.report_station(INGOT, {message.fault: message.detail})
         self._on_news(INGOT)
 
     def _hear_health(self, health: Health) -> None:

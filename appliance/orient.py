@@ -19,7 +19,7 @@ from vision.readings import OrientationReading
 
 FRAME_FIELDS = ("present", "orientation", "ssim_top", "ssim_bottom", "center_x", "center_y", "radius", "reasons")
 INGOT_FIELDS = ("ingot", "orientation", "first_frame", "decided_frame", "confidence")
-COLUMNS = tuple(dict.fromkeys(("frame", *FRAME_FIELDS, *INGOT_FIELDS)))
+COLUMNS: tuple[str, ...] = tuple(dict.fromkeys(("frame", *FRAME_FIELDS, *INGOT_FIELDS)))
 
 Value = float | int | bool | str | list[str] | None
 Row = dict[str, Value]

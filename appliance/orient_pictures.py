@@ -34,7 +34,8 @@ class Plot:
 
     def add(self, frame: int, picture: Picture, reading: OrientationReading, ingot: IngotDecision | None) -> None:
         """Write one annotated frame."""
-        shown = cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR) if picture.ndim == 2 else picture.copy()
+        colours = cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR) if picture.ndim == 2 else picture.copy()
+        shown = np.asarray(colours, np.uint8)
         colour = COLOURS[reading.orientation]
         if reading.present:
             if len(self._ends) < ENDS_MOST:
@@ -43,7 +44,7 @@ class Plot:
             cv2.circle(shown, center, round(reading.radius), colour, 2, cv2.LINE_AA)
         for line, text in enumerate(_lines(frame, reading, ingot)):
             cv2.putText(shown, text, (10, 24 + 24 * line), cv2.FONT_HERSHEY_SIMPLEX, 0.6, colour, 1, cv2.LINE_AA)
-        _write(self._folder / f"{frame:06d}.jpg", np.asarray(shown, np.uint8))
+        _write(self._folder / f"{frame:06d}.jpg", shown)
 
     def write_strip(self) -> None:
         """Write all ends, in order, framed in the colour of their verdict; nothing when there were none."""
@@ -59,7 +60,10 @@ def _framed(picture: Picture, reading: OrientationReading, colour: tuple[int, in
     half = max(1, round(reading.radius))
     square = cv2.getRectSubPix(picture, (2 * half, 2 * half), (reading.center_x, reading.center_y))
     square = cv2.resize(square, (SIZE, SIZE), interpolation=cv2.INTER_AREA)
-    return np.asarray(cv2.copyMakeBorder(square, *[BORDER_PX] * 4, cv2.BORDER_CONSTANT, value=colour), np.uint8)
+    return np.asarray(
+        cv2.copyMakeBorder(square, BORDER_PX, BORDER_PX, BORDER_PX, BORDER_PX, cv2.BORDER_CONSTANT, value=colour),
+        np.uint8,
+    )
 
 
 def _lines(frame: int, reading: OrientationReading, ingot: IngotDecision | None) -> list[str]:

@@ -77,6 +77,7 @@ class Supervisor:
         self._stopping = False
         self._measuring = False
         self._simulated = False
+        self._refuses = False
         self._refusal = ""
 
     def stop(self) -> None:
@@ -108,9 +109,10 @@ class Supervisor:
         StartRefusedError
             The measuring process cannot use its settings at start, or the port cannot be had.
         """
+        self._refuses = refuses
         self._kept.load()
         self._apply_written()
-        parts = [self._keeper.keep(), self._serve(refuses), self._kept.keep(), self._prove(on_serving, on_proof)]
+        parts = [self._keeper.keep(), self._serve(), self._kept.keep(), self._prove(on_serving, on_proof)]
         if self._ingots:
             parts.append(self._ingots.keep())
         tasks = {asyncio.create_task(part) for part in parts}
@@ -140,9 +142,8 @@ class Supervisor:
             return
         self._faults.report("settings_unusable", active=False)
         logger.info("settings are loaded again")
-        taken = {"sizing": settings.sizing}
-        if self._ingots and is_on(settings.ingot):
-            taken["ingot"] = settings.ingot
+        ingot = settings.ingot if self._ingots and is_on(settings.ingot) else self._settings.ingot
+        taken = {"sizing": settings.sizing, "ingot": ingot}
         before, self._settings = self._settings, self._settings.model_copy(update=taken)
         self._faults.report("restart_needed", active=settings != self._settings)
         if settings.sizing != before.sizing:
@@ -151,13 +152,13 @@ class Supervisor:
         if self._ingots and self._settings.ingot != before.ingot:
             self._ingots.renew(settings.ingot)
 
-    async def _serve(self, refuses: bool) -> None:
-        while refuses and self._silent and not (self._refusal or self._stopping):
+    async def _serve(self) -> None:
+        while self._refuses and self._silent and not (self._refusal or self._stopping):
             await self._news.wait()  # the first message of a station tells whether its settings can be used
             self._news.clear()
         if self._stopping:
             return
-        if self._refusal and refuses:
+        if self._refusal:
             raise StartRefusedError(self._refusal)
         await self._start_server()
         self._serving.set()
@@ -201,7 +202,7 @@ class Supervisor:
     def _hear(self, message: Message) -> None:
         if isinstance(message, ReadingMessage):
             self._hear_reading(message)
-        elif message.state == "faulty":
+        elif isinstance(message, StateMessage) and message.state == "faulty":
             self._hear_fault(message)
         self._tell(SIZING)
 
@@ -219,12 +220,15 @@ class Supervisor:
     def _hear_fault(self, message: StateMessage) -> None:
         self._stop_measuring(NO_PAIR)
         self._worked_s = time.monotonic()
-        self._faults.report_station(SIZING, {message.fault: message.detail})
-        self._refuse(message.detail)
+        if not self._refuse(message.detail):
+            self._faults.report_station(SIZING, {message.fault: message.detail})
 
-    def _refuse(self, detail: str) -> None:
-        if not self._serving.is_set():
+    def _refuse(self, detail: str) -> bool:
+        """Whether a fault is the end: then it is the one sentence that somebody who has just started it reads."""
+        if self._refuses and not self._serving.is_set():
             self._refusal = detail
+            return True
+        return False
 
     def _tell(self, station: str) -> None:
         """Have published what a station has said."""

@@ -3,7 +3,7 @@
 import logging
 import struct
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Self
@@ -42,6 +42,7 @@ _DEVICE_STATES = {
     3: "function check",
     4: "failure",
 }
+_ORIENTATIONS = {1: "top", 2: "bottom", 3: "undecided"}
 _SHOWN = (
     "diameter",
     "expanded_uncertainty",
@@ -171,6 +172,7 @@ class _Seen:
 
     valid: bool = False
     bar: float = 0
+    ingot: float = 0
     alarms: list[str] = field(default_factory=list[str])
     refused: set[int] = field(default_factory=set[int])
     heartbeat: float | None = None
@@ -193,7 +195,7 @@ class Plc:
     outputs : Outputs
         To be changed by the program between two scans.
     log : list of str
-        One line for each event: connection, validity, bar, alarms, refused requests.
+        One line for each event: connection, validity, bar, ingot, alarms, refused requests.
     """
 
     def __init__(self, host: str, port: int = 502, *, word_order: WordOrder = "big") -> None:
@@ -309,12 +311,19 @@ class Plc:
         if bar not in (0, seen.bar):
             self.log.append(f"bar {bar}")
         seen.bar = bar
+        self._see_ingot(values)
         self._see_alarms(snapshot.alarms)
 
     def _see_valid(self, *, now: bool) -> None:
         if now != self._seen.valid:
             self.log.append("measurement valid" if now else "measurement not valid")
             self._seen.valid = now
+
+    def _see_ingot(self, values: Mapping[str, float | int | None]) -> None:
+        ingot = values["ingot_sequence"] or 0
+        if values["ingot_validity"] and ingot != self._seen.ingot:
+            self._seen.ingot = ingot
+            self.log.append(f"ingot {ingot} shows its {_ORIENTATIONS[int(values['ingot_orientation'] or 0)]}")
 
     def _see_alarms(self, now: list[str]) -> None:
         self.log += [f"{name} came" for name in now if name not in self._seen.alarms]
@@ -344,12 +353,21 @@ def snapshot_lines(snapshot: Snapshot) -> list[str]:
         f"{'device_state':<26}{_named(values['device_state'], _DEVICE_STATES)}",
         f"{'validity':<26}{_named(values['validity'], _VALIDITY)}, reasons {reasons:#010x}",
         *(_line(name, values[name]) for name in _SHOWN),
+        *_ingot_lines(values),
         f"{'timestamp':<26}{'no value' if exposed is None else _utc(exposed)}",
         f"{'states':<26}{', '.join(states) or 'none'}",
         f"{'alarms':<26}{', '.join(snapshot.alarms) or 'none'}",
         f"{'answered in':<26}{snapshot.elapsed_ms:.1f} ms",
     ]
     return lines if snapshot.whole else [*lines, "torn: the first and the last word of the block differ"]
+
+
+def _ingot_lines(values: Mapping[str, float | int | None]) -> list[str]:
+    if not values["ingot_orientation"]:
+        return []
+    confidence = values["ingot_confidence"] or 0
+    seen = f"{values['ingot_sequence']}, {_ORIENTATIONS[int(values['ingot_orientation'])]}, {confidence:.2f} %"
+    return [f"{'ingot':<26}{seen}"]
 
 
 def _line(name: str, value: float | None) -> str:

@@ -24,17 +24,25 @@ class Appliance:
     def wire(self) -> Wire:
         return Wire(self.port)
 
-    def station(self) -> int:
-        """Process id of the measuring process."""
+    def station(self, name: str = "sizing") -> int:
+        """Process id of a station's process."""
         until = time.monotonic() + 10
         while time.monotonic() < until:
             tasks = Path(f"/proc/{self.process.pid}/task").glob("*/children")
             children = [int(child) for task in tasks for child in task.read_text().split()]
-            if children:
-                (child,) = children
-                return child
+            stations = [child for child in children if _runs(child, f"appliance.stations.{name}")]
+            if stations:
+                (station,) = stations
+                return station
             time.sleep(0.02)
         raise AssertionError("no measuring process")
+
+
+def _runs(pid: int, module: str) -> bool:
+    try:
+        return module.encode() in Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
+    except (FileNotFoundError, ProcessLookupError):
+        return False
 
 
 def free_port() -> int:

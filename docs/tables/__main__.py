@@ -10,7 +10,7 @@ from appliance.mill.ingot.conditions import INGOT_CONDITIONS
 from appliance.mill.scenes import CONDITIONS
 from appliance.settings import table
 from plc.export import to_markdown
-from vision.readings import REASONS
+from vision.readings import INGOT_REASONS, REASONS
 
 FOLDER = Path(__file__).parent
 
@@ -44,7 +44,14 @@ def reasons() -> str:
         for row in REASONS
     ]
     intro = "Bits of `reason_word`, and names in the files of `hotgauge measure`."
-    return _document("Reason flags", intro, ("bit", "name", "means", "text"), rows)
+    bars = _document("Reason flags", intro, ("bit", "name", "means", "text"), rows)
+    rows = [
+        (str(row.flag.bit_length() - 1), f"`{row.name}`", "no end" if row.forbids_value else "a note", row.text)
+        for row in INGOT_REASONS
+    ]
+    intro = "Bits of `ingot_reason_word`, and names in the files of `hotgauge orient`."
+    ingots = _document("Reason flags of ingots", intro, ("bit", "name", "means", "text"), rows)
+    return f"{bars}\n#{ingots}"
 
 
 def faults() -> str:

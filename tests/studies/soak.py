@@ -49,7 +49,7 @@ def run(case):
             before = footprint(appliance.process.pid)
             until_s = time.monotonic() + 60 * case["minutes"]
             while time.monotonic() < until_s:
-                time.sleep(chance.uniform(1, 6))
+                time.sleep(chance.uniform(2, 12))
                 line.suffer(chance.choice(FAULTS))
             line.wait_for_value()
             after = footprint(appliance.process.pid)

@@ -1,11 +1,13 @@
 """A short shift: the miniature PLC and the whole appliance as a process, event by event."""
 
+import itertools
 import os
 import signal
 import struct
 from pathlib import Path
 
 import pytest
+from ingot_recording import BOTTOM, EMPTY, TOP, write_recording
 from modbus_wire import read
 from running import Appliance, free_port, running
 
@@ -28,6 +30,16 @@ kind = "mill"
 seed = {seed}
 rate_hz = 8
 """
+INGOTS = """
+[ingot]
+references = "{references}"
+[ingot.camera]
+kind = "recording"
+path = "{recording}"
+rate_hz = 12
+loop = false
+"""
+WRONG = "alarm_wrong_orientation"
 
 
 class Shift:
@@ -47,6 +59,20 @@ class Shift:
         self.until(lambda seen: seen.values["validity"] == 0, "measurement not valid")
         return self.until(lambda seen: seen.values["validity"] != 0, "measurement valid", f"bar {number}")
 
+    def until_among_bars(self, *lines: str, within_s: float = 30) -> None:
+        """Wait for lines in this order; between them only bars come and go, one after the other."""
+        before = len(self.expected)
+        self.plc.run(lambda _: self._others(before) == list(lines), within_s, every_s=SCAN_S)
+        bars = [line for line in self.plc.log[before:] if _is_of_bars(line)]
+        first = next((int(line.split()[1]) for line in bars if line.startswith("bar")), 1)
+        rounds = (["measurement valid", f"bar {number}", "measurement not valid"] for number in itertools.count(first))
+        course = list(itertools.islice(itertools.chain.from_iterable(rounds), len(bars) + 2))
+        assert any(bars == course[start : start + len(bars)] for start in (0, 2)), bars
+        self.expected = list(self.plc.log)
+
+    def _others(self, before: int) -> list[str]:
+        return [line for line in self.plc.log[before:] if not _is_of_bars(line)]
+
     def until_lost(self) -> None:
         while self.plc.scan() is not None:
             pass
@@ -64,7 +90,11 @@ class Shift:
         self.until(lambda seen: not seen.alarms, f"acknowledged {alarm}", f"{alarm} went", within_s=0.5)
 
 
-def test_a_whole_shift_event_by_event(tmp_path):
+def _is_of_bars(line: str) -> bool:
+    return line.startswith(("bar ", "measurement "))
+
+
+def test_a_whole_shift_event_by_event(tmp_path, recordings):
     port = free_port()
     file = tmp_path / "hotgauge.toml"
     file.write_text(SETTINGS.format(port=port, seed=SEED))
@@ -82,6 +112,16 @@ def test_a_whole_shift_event_by_event(tmp_path):
             the_line_goes_on(shift)
             the_plc_holds_the_gauge(shift)
             the_plc_falls_silent(shift)
+            appliance.process.kill()
+            shift.until_lost()
+        ingots = write_recording(tmp_path / "ingots", recordings / "ingot_line", EMPTY, BOTTOM, TOP, EMPTY)
+        file.write_text(
+            file.read_text().replace("rate_hz = 8", "rate_hz = 4")
+            + INGOTS.format(references=recordings / "ingot_line", recording=ingots)
+        )
+        with running("run", "--config", file, port=port) as appliance:
+            ingots_come(shift)
+            the_ingot_station_is_killed(shift, appliance)
 
 
 def the_line_starts(shift: Shift) -> None:
@@ -147,3 +187,30 @@ def the_plc_falls_silent(shift: Shift) -> None:
     shift.until(lambda seen: bool(seen.alarms), "alarm_plc_silent came", within_s=2)
     shift.plc.outputs.beats = True
     shift.acknowledge("alarm_plc_silent")
+
+
+def ingots_come(shift: Shift) -> None:
+    shift.until_among_bars("connected", "ingot 1 shows its bottom", "ingot 2 shows its top", f"{WRONG} came")
+    acknowledge_the_ingot(shift)
+
+
+def acknowledge_the_ingot(shift: Shift) -> None:
+    """The alarm outlasts the ingot by more than its off-delay; only the key ends it."""
+    shift.plc.run(lambda seen: seen.values["ingot_orientation"] == 0, 15, every_s=SCAN_S)
+    with pytest.raises(TimeoutError):
+        shift.plc.run(lambda seen: not seen.alarms, 1.2, every_s=SCAN_S)
+    shift.plc.press_acknowledge()
+    shift.until_among_bars(f"acknowledged {WRONG}", f"{WRONG} went", within_s=0.5)
+
+
+def the_ingot_station_is_killed(shift: Shift, appliance: Appliance) -> None:
+    """Bars go on; the station starts again, counts on, and sees the recording from its start."""
+    sizing = appliance.station()
+    os.kill(appliance.station("ingot"), signal.SIGKILL)
+    shift.until_among_bars("alarm_internal came", within_s=1)
+    shift.until_among_bars("ingot 3 shows its bottom")
+    shift.plc.press_acknowledge()
+    shift.until_among_bars("acknowledged alarm_internal", "alarm_internal went", within_s=1.5)
+    shift.until_among_bars("ingot 4 shows its top", f"{WRONG} came")
+    acknowledge_the_ingot(shift)
+    assert appliance.station() == sizing

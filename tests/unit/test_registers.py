@@ -139,7 +139,7 @@ def test_check_refuses_a_value_that_does_not_stand_at_a_multiple_of_its_length()
 
 def test_check_refuses_a_block_that_one_request_cannot_read():
     last = ROWS["sequence_check"]
-    more = [dataclasses.replace(ROWS["spare_61"], name=f"spare_{n}", address=n) for n in range(119, 126)]
+    more = [dataclasses.replace(ROWS["spare_79"], name=f"spare_{n}", address=n) for n in range(119, 126)]
     rows = [*(row for row in REGISTERS if row is not last), *more, dataclasses.replace(last, address=126)]
     with pytest.raises(ValueError, match="length of the measurement block"):
         check(rows)
@@ -217,7 +217,7 @@ def test_what_repeats_another_value_is_filled_in():
 
 
 @pytest.mark.parametrize(
-    "name", ["diametre", "sequence_check", "diameter_u16", "status_word", "map_version", "test_float", "spare_61"]
+    "name", ["diametre", "sequence_check", "diameter_u16", "status_word", "map_version", "test_float", "spare_79"]
 )
 def test_a_name_that_is_unknown_or_derived_is_a_wrong_call(name):
     with pytest.raises(ValueError, match=name):

@@ -3,7 +3,7 @@
 Only the lower half of the end stands out from the line; above it lies the ingot's own body.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -15,7 +15,7 @@ EDGE_SHARE = 0.2  # of the strongest gradient: weaker ones are texture and noise
 VOTE_BLUR_PX = 5
 RAYS = 61
 STEP_PX = 0.5
-FIT_ROUNDS = 4
+FIT_ROUNDS = 8  # points that still come and go after so many lie on no circle
 ARC_TOLERANCE = 0.04  # of the radius, and at least a pixel: points further away belong to something else
 
 
@@ -64,7 +64,7 @@ def vote_for_circle(warmth: NDArray[np.uint8], hot: NDArray[np.uint8], radius_px
     return _with_radius(float(best_x), float(best_y), np.stack([x, y]).astype(float), along, radii)
 
 
-def _canny_levels(gradient_x: NDArray[np.int16], gradient_y: NDArray[np.int16]) -> tuple[float, float]:
+def _canny_levels(gradient_x: NDArray[Any], gradient_y: NDArray[Any]) -> tuple[float, float]:
     strongest = float(np.hypot(gradient_x.astype(np.float32), gradient_y.astype(np.float32)).max())
     return 0.5 * EDGE_SHARE * strongest, EDGE_SHARE * strongest
 
@@ -126,17 +126,27 @@ def _lower_edge(warmth: NDArray[np.uint8], circle: Circle) -> tuple[Array, Array
     return circle.x + edge * np.cos(angle[ray]), circle.y + edge * np.sin(angle[ray])
 
 
+def _least_squares(x: Array, y: Array) -> Circle:
+    """Circle x^2 + y^2 = a x + b y + c through points, after Kåsa; about their mean, so that it is well conditioned."""
+    middle_x, middle_y = x.mean(), y.mean()
+    x, y = x - middle_x, y - middle_y
+    design = np.column_stack([x, y, np.ones(x.size)])
+    normal = design.T @ design + np.diag([1e-9, 1e-9, 0])  # points on a line: a huge circle, which is refused later
+    a, b, c = np.linalg.solve(normal, design.T @ (x**2 + y**2))
+    radius = float(np.sqrt(max(c + (a**2 + b**2) / 4, 0)))
+    return Circle(float(middle_x + a / 2), float(middle_y + b / 2), radius)
+
+
 def _robust_circle(x: Array, y: Array, least: float) -> Circle | None:
-    """Least squares (Kåsa), repeated on the points that lie near; None when fewer than `least` do."""
+    """Least squares, repeated on the points that lie near; None when fewer than `least` do."""
     near = np.ones(x.size, bool)
-    circle = Circle(0, 0, 0)
     for _ in range(FIT_ROUNDS):
         if np.count_nonzero(near) < max(least, 3):
             return None
-        design = np.column_stack([x[near], y[near], np.ones(np.count_nonzero(near))])
-        (a, b, c), *_ = np.linalg.lstsq(design, x[near] ** 2 + y[near] ** 2, rcond=None)
-        circle = Circle(a / 2, b / 2, float(np.sqrt(max(c + (a**2 + b**2) / 4, 0))))
+        circle = _least_squares(x[near], y[near])
         off = np.abs(np.hypot(x - circle.x, y - circle.y) - circle.radius)
-        near = off < max(1.0, ARC_TOLERANCE * circle.radius, 2 * float(np.median(off[near])))
-    off_near = off < max(1.0, ARC_TOLERANCE * circle.radius)
-    return circle if np.count_nonzero(off_near) >= least else None
+        tolerance = max(1.0, ARC_TOLERANCE * circle.radius)
+        before, near = near, off < max(tolerance, 2 * float(np.median(off[near])))
+        if np.array_equal(near, before):
+            return circle if np.count_nonzero(off < tolerance) >= least else None
+    return None

@@ -171,14 +171,8 @@ class IngotFollower:
         if now is None:
             return []
         now.missing += 1
-        if now.decided is None and reading.reasons & IngotReason.HANGING:
-            return self._forget(now)
-        return self.end() if now.missing >= self._rule.gone_frames else []
-
-    def _forget(self, now: _Followed) -> list[IngotDecision]:
-        """It hung all the time: what was read of it is void."""
-        now.frames, now.log_odds, now.ssim_top, now.ssim_bottom = 0, 0.0, 0.0, 0.0
-        return self.end() if now.missing >= self._rule.gone_frames else []
+        hung = now.decided is None and bool(reading.reasons & IngotReason.HANGING)  # then what was read is void
+        return self.end() if hung or now.missing >= self._rule.gone_frames else []
 
     def _add(self, now: _Followed, frame: int, reading: OrientationReading) -> list[IngotDecision]:
         still = self._lies(now, reading)

@@ -5,7 +5,7 @@ minus blue says which of their pixels are hot. The circle is then drawn to the e
 """
 
 from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import cv2
 import numpy as np
@@ -17,7 +17,6 @@ from vision.readings import IngotReason
 Picture = NDArray[np.uint8]
 Mask = NDArray[np.uint8]
 
-MIN_REGION_PX = 100
 WIDE_RADIUS = (0.02, 0.11)  # of the picture's width
 AREA_SHARE = (3.2, 7.5)  # of an ingot's region, in squares of its end's radius
 BODY_WIDTH = 1.15  # half width of what belongs to an ingot, in radii of its end
@@ -169,7 +168,7 @@ class EndFinder:
         red, warmth = self._channels(picture)
         level, _ = cv2.threshold(red, 0, 255, cv2.THRESH_OTSU)
         bright = _mask(red > max(level, self._limits.red_floor))
-        hot = bright if warmth is red else cv2.bitwise_and(bright, _mask(warmth >= self._limits.warmth))
+        hot = bright if warmth is red else bright & _mask(warmth >= self._limits.warmth)
         found = [self._by_region(region, warmth) for region in self._regions(bright, hot)]
         ends = [end for end, _ in found if end is not None]
         if ends:
@@ -183,9 +182,9 @@ class EndFinder:
         if picture.dtype != np.uint8:
             raise TypeError(f"picture must be of uint8, got {picture.dtype}")
         crop = self._crop
-        rows, columns = picture.shape[:2]
         if picture.ndim not in {2, 3} or picture.shape[2:] not in {(), (3,)}:
             raise ValueError(f"picture must have shape (rows, columns) or (rows, columns, 3), got {picture.shape}")
+        rows, columns = picture.shape[:2]
         if crop.x + crop.width > columns or crop.y + crop.height > rows:
             raise ValueError(f"picture of {columns} x {rows} does not hold the crop {tuple(crop)}")
         part = picture[crop.y : crop.y + crop.height, crop.x : crop.x + crop.width]
@@ -198,7 +197,7 @@ class EndFinder:
     def _regions(self, bright: Mask, hot: Mask) -> list[_Region]:
         """Bright regions that are hot and large enough to hold an end, largest first."""
         least_px = self._limits.radius_px[0] ** 2  # a third of the disc
-        return [region for region, hot_px in _connected(bright, hot) if hot_px >= least_px]
+        return _connected(bright, hot, least_px)
 
     def _by_region(self, region: _Region, warmth: Picture) -> tuple[End | None, IngotReason]:
         """Algorithm 15 for one region; without an end, why."""
@@ -228,6 +227,8 @@ class EndFinder:
         limits, crop = self._limits, self._crop
         if region.box.y == 0:
             return None, IngotReason.HANGING
+        if self._is_cut(region.box):
+            return None, IngotReason.OUTSIDE
         fitted = fit_lower_arc(warmth, circle, limits.arc)
         if fitted is None:
             return None, IngotReason.NO_CIRCLE
@@ -240,36 +241,34 @@ class EndFinder:
         return End(float(x + crop.x), float(y + crop.y), float(radius), method), IngotReason.NONE
 
     def _misplaced(self, region: _Region, circle: Circle) -> IngotReason:
-        limits, crop = self._limits, self._crop
+        limits = self._limits
         length_px = circle.y + circle.radius - region.box.y
         if length_px > limits.length * 2 * circle.radius:
             return IngotReason.HANGING
         if abs(region.tilt_deg) > limits.tilt_deg:
             return IngotReason.TILTED
         x, y = region.centroid
-        cut = circle.y + circle.radius > crop.height or abs(circle.x - crop.width / 2) + circle.radius > crop.width / 2
-        if cut or not self._centroid.holds(x + crop.x, y + crop.y):
-            return IngotReason.OUTSIDE
-        return IngotReason.NONE
+        return IngotReason.NONE if self._centroid.holds(x + self._crop.x, y + self._crop.y) else IngotReason.OUTSIDE
+
+    def _is_cut(self, box: Box) -> bool:
+        """Whether a box of the crop touches the crop's left, right or lower side."""
+        crop = self._crop
+        return box.x == 0 or box.x + box.width == crop.width or box.y + box.height == crop.height
 
 
 def _mask(true: NDArray[np.bool_]) -> Mask:
     return true.view(np.uint8)
 
 
-def _connected(mask: Mask, hot: Mask) -> list[tuple[_Region, float]]:
-    """8-connected regions with the number of their hot pixels, largest first."""
+def _connected(mask: Mask, hot: Mask, least_px: float) -> list[_Region]:
+    """8-connected regions with at least so many hot pixels, largest first."""
     count, labels, boxes, centroids = cv2.connectedComponentsWithStats(mask, connectivity=8)
     hot_px = np.bincount(labels[hot > 0], minlength=count)
-    order = [int(label) for label in np.argsort(-boxes[:, cv2.CC_STAT_AREA]) if label]
-    return [
-        (_described(labels, label, Box(*map(int, boxes[label, :4])), centroids[label]), float(hot_px[label]))
-        for label in order
-        if hot_px[label] > MIN_REGION_PX
-    ]
+    order = [int(label) for label in np.argsort(-boxes[:, cv2.CC_STAT_AREA]) if label and hot_px[label] >= least_px]
+    return [_described(labels, label, Box(*map(int, boxes[label, :4])), centroids[label]) for label in order]
 
 
-def _described(labels: NDArray[np.int32], label: int, box: Box, centroid: NDArray[np.float64]) -> _Region:
+def _described(labels: NDArray[Any], label: int, box: Box, centroid: NDArray[np.float64]) -> _Region:
     inside = labels[box.y : box.y + box.height, box.x : box.x + box.width] == label
     moments = cv2.moments(_mask(inside), binaryImage=True)
     axis_deg = 0.5 * np.degrees(np.arctan2(2 * moments["mu11"], moments["mu20"] - moments["mu02"]))

@@ -19,7 +19,7 @@ FACE = 0.7  # of the radius: inside lie no rim and no edge
 SCALES_PX = (0.8, 1.6, 3.2)  # standard deviations of the Gaussians between which wrinkles lie
 INTEGRATION_PX = 2.0  # of the structure tensor
 DIRECTIONS, RADII = 72, 32  # of the polar picture
-RIM_RADII = range(19, 28)  # where a rim may begin, in steps of 1 / RADII of the radius
+RIM_RADII = np.arange(19, 28)  # where a rim may begin, in steps of 1 / RADII of the radius
 SPREAD_LEAST = 0.01  # of a rim's step over the directions
 LEAST = 1e-3
 
@@ -75,7 +75,10 @@ def _rim(light: Plane) -> tuple[float, float]:
     polar = cv2.remap(light, _polar_x, _polar_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     around = np.pad(polar, ((4, 4), (0, 0)), mode="wrap")
     smooth = cv2.blur(around, (1, 9))[4:-4].astype(float)
-    steps = np.stack([smooth[:, r + 1 : r + 4].mean(1) - smooth[:, r - 5 : r - 1].mean(1) for r in RIM_RADII])
+    sums = np.cumsum(np.pad(smooth, ((0, 0), (1, 0))), axis=1)
+    outer = (sums[:, RIM_RADII + 4] - sums[:, RIM_RADII + 1]) / 3
+    inner = (sums[:, RIM_RADII - 1] - sums[:, RIM_RADII - 5]) / 4
+    steps = (outer - inner).T
     quartile = np.percentile(steps, 25, axis=1)
     best = steps[int(np.argmax(quartile))]
     mean = steps.mean(axis=1)

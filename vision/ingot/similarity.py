@@ -105,7 +105,7 @@ def similarity(image: Picture, reference: Picture, exponents: Exponents = ONES) 
         s = structural_similarity(
             image, reference, gaussian_weights=True, sigma=SIGMA, data_range=DATA_RANGE, use_sample_covariance=False
         )
-        return float(s)
+        return float(np.float64(s))  # pyright: ignore[reportArgumentType]  with gradients it gives more
     margin = int(TRUNCATE * SIGMA + 0.5)
     s_map = similarity_map(image, reference, exponents)
     return float(s_map[margin:-margin, margin:-margin].mean())

@@ -1,0 +1,105 @@
+import pytest
+from messages import ingot_message, verdict
+
+from appliance import ingot_publication
+from appliance.ingot_publication import NO_PICTURE, STARTING, IngotPublication
+from plc.registers import INGOT_RING, VALUE_NAMES, decode, encode
+from vision.readings import IngotReason
+
+NOW_S = 100.25
+
+
+@pytest.fixture
+def served():
+    return IngotPublication(stale_after_ms=2000)
+
+
+def block(values, name="measurement"):
+    image = encode(values)
+    data = image.words if name == "measurement" else image.ingot_ring
+    return decode([int.from_bytes(data[place : place + 2]) for place in range(0, len(data), 2)], block=name)
+
+
+@pytest.mark.parametrize("name", ["NO_PICTURE", "STALE", "STARTING", "HELD"])
+def test_the_reason_bits_known_here_are_those_of_the_table(name):
+    assert getattr(ingot_publication, name) == IngotReason[name]
+
+
+def test_every_name_that_is_published_is_in_the_register_map(served):
+    served.take(ingot_message(current=verdict(), told=(verdict(),)))
+    assert served.values(NOW_S).keys() <= VALUE_NAMES
+
+
+def test_without_a_station_there_is_no_value(served):
+    seen = block(served.values(NOW_S))
+    assert (seen["ingot_orientation"], seen["ingot_validity"], seen["ingot_sequence"]) == (0, 0, 0)
+    assert seen["ingot_reason_word"] == STARTING
+    assert seen["ssim_top"] is seen["ingot_confidence"] is seen["ingot_age"] is None
+
+
+def test_a_decided_ingot_is_served_whole(served):
+    served.take(ingot_message(current=verdict(ingot=3)))
+    seen = block(served.values(NOW_S))
+    assert (seen["ingot_orientation"], seen["ingot_validity"], seen["ingot_sequence"]) == (1, 1, 3)
+    assert seen["ingot_confidence"] == pytest.approx(99.5)
+    assert (seen["ssim_top"], seen["ssim_bottom"]) == pytest.approx((0.81, 0.69))
+    assert seen["ingot_age"] == 250
+
+
+def test_an_undecided_ingot_is_not_valid_and_reasons_make_validity_two(served):
+    served.take(ingot_message(current=verdict(orientation="undecided", confidence=70.0)))
+    seen = block(served.values(NOW_S))
+    assert (seen["ingot_orientation"], seen["ingot_validity"]) == (3, 0)
+    served.take(ingot_message(current=verdict(orientation="bottom"), reasons=int(IngotReason.GLARE_JOINED)))
+    seen = block(served.values(NOW_S))
+    assert (seen["ingot_orientation"], seen["ingot_validity"]) == (2, 2)
+
+
+def test_only_a_top_that_lies_there_now_is_a_wrong_orientation(served):
+    assert not served.wrong_orientation(NOW_S)
+    for orientation, wrong in (("bottom", False), ("undecided", False), ("top", True)):
+        served.take(ingot_message(current=verdict(orientation=orientation)))
+        assert served.wrong_orientation(NOW_S) is wrong
+    assert not served.wrong_orientation(NOW_S + 3)
+    served.held = True
+    assert not served.wrong_orientation(NOW_S)
+    served.held = False
+    served.take(ingot_message(current=None, told=(verdict(),)))
+    assert not served.wrong_orientation(NOW_S)
+
+
+def test_nothing_stands_when_stale_held_or_withdrawn(served):
+    served.take(ingot_message(current=verdict()))
+    for now_s, held in ((NOW_S + 3, False), (NOW_S, True)):
+        served.held = held
+        seen = block(served.values(now_s))
+        assert (seen["ingot_orientation"], seen["ingot_validity"], seen["ssim_top"]) == (0, 0, None)
+        assert seen["ingot_reason_word"]
+    served.held = False
+    served.withdraw(NO_PICTURE, restarted=False)
+    seen = block(served.values(NOW_S))
+    assert (seen["ingot_orientation"], seen["ingot_reason_word"], seen["ingot_age"]) == (0, NO_PICTURE, None)
+
+
+def test_the_ring_holds_the_last_eight_ingots_once_each(served):
+    told = []
+    for number in range(1, 11):
+        told.append(verdict(ingot=number, orientation=("top", "bottom", "undecided")[number % 3]))
+        served.take(ingot_message(told=tuple(told[-4:])))
+        served.take(ingot_message(told=tuple(told[-4:])))  # told again, in case a message was lost
+    seen = block(served.values(NOW_S), "ingot_ring")
+    assert seen["ingot_ring_index"] == 10
+    assert [seen[f"ingot_{slot}_sequence"] for slot in range(8)] == [9, 10, 3, 4, 5, 6, 7, 8]
+    assert (seen["ingot_1_orientation"], seen["ingot_1_validity"]) == (2, 1)
+    assert (seen["ingot_6_orientation"], seen["ingot_6_validity"]) == (2, 1)
+    assert (seen["ingot_7_orientation"], seen["ingot_7_validity"]) == (3, 0)
+    assert seen["ingot_0_timestamp"] == 1_700_000_000_000
+    assert len(INGOT_RING) == 100
+
+
+def test_a_station_that_starts_again_goes_on_counting(served):
+    served.take(ingot_message(current=verdict(ingot=2), told=(verdict(ingot=1), verdict(ingot=2))))
+    served.withdraw(STARTING, restarted=True)
+    served.take(ingot_message(current=verdict(ingot=1), told=(verdict(ingot=1),)))
+    values = served.values(NOW_S)
+    assert (values["ingot_sequence"], values["ingot_ring_index"]) == (3, 3)
