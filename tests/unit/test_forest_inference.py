@@ -105,7 +105,7 @@ def test_many_rows_move_through_the_workspace_with_the_same_bits(forest, monkeyp
 
 
 def test_memory_of_an_earlier_picture_leaves_no_trace(forest):
-    detector = EdgeDetector(forest)
+    detector = EdgeDetector(forest, threads=1)
     picture, other = random_picture(150, 200, seed=1), random_picture(150, 200, seed=2)
     first = detector.strength(picture)
     detector.strength(other)

@@ -136,6 +136,7 @@ class EdgeDetector:
 
     def _memory_for(self, width: int, place_rows: int, colours: int) -> tuple[channels.Rings, walk.Workspace]:
         """Memory for such a part: what this thread used last if it fits."""
+        place_rows = 32 * -(-place_rows // 32)  # so that it fits the next part too, which has a few rows more or less
         key = (width, place_rows, colours)
         if getattr(self._memory, "key", None) != key:
             self._memory.rings = channels.new_rings(width, colours)
