@@ -209,7 +209,7 @@ def _shapes(rng: Rng) -> Example:
         is_band = rng.random() < 0.5
         outline = _band if is_band else _patch
         distance = outline(x - place[0], y - place[1], rng)
-        level = np.exp(float(rng.uniform(np.log(0.003), np.log(1.2))))
+        level = np.exp(rng.uniform(float(np.log(0.003)), float(np.log(1.2))))
         inside = distance < 0
         is_blot = not is_band and inside.any() and level < light[inside].mean()
         light += blurred_step(-distance / blur_px)[..., None] * (_filled(rng, level, depth_px=-distance) - light)

@@ -35,6 +35,11 @@ class Source(Protocol):
         """What they are, for the record."""
         ...
 
+    @property
+    def uneven_part(self) -> float:
+        """See `train_tree`."""
+        ...
+
     def examples(self, rng: np.random.Generator) -> tuple[int, Iterable[Example]]:
         """How many examples, and the examples, for one tree."""
         ...
@@ -45,6 +50,7 @@ class SceneSource:
     """Our own rendered scenes and shapes."""
 
     version: str = edge_scenes.DATA_VERSION
+    uneven_part: float = 0.5  # on a bar what is steep and no edge is rare, and has to be learnt
 
     def examples(self, rng: np.random.Generator) -> tuple[int, Iterable[Example]]:
         """Examples that no other tree sees."""
@@ -66,6 +72,7 @@ class BsdsSource:
     """
 
     version = "BSDS500 train"
+    uneven_part = 0.0
 
     def __init__(self, folder: Path) -> None:
         self._pairs = bsds_pairs(folder, "train")
@@ -156,7 +163,9 @@ def train(
     for number in range(TREES):
         rng = np.random.default_rng([seed, number])
         count, examples = source.examples(rng)
-        trees.append(train_tree(examples, max(1, patches // count), Growth(), rng, advance))
+        trees.append(
+            train_tree(examples, max(1, patches // count), Growth(), rng, advance, uneven_part=source.uneven_part)
+        )
     forest = forest_of(trees, TREES_EVALUATED)
     record = Record(
         command=command,
