@@ -341,7 +341,7 @@ def _train_edges(given: argparse.Namespace) -> None:
     except TrainingError as error:
         raise CommandError(str(error)) from error
     minutes, seconds = divmod(round(record.cpu_seconds), 60)
-    print(f"trees         {record.trees} of {record.patches_per_tree} patches each, {record.nodes} nodes in all")
+    print(f"forest        {record.trees} trees of {record.patches_per_tree} patches, {record.nodes} nodes in all")
     print(f"time, memory  {minutes} min {seconds} s of one core, {record.peak_memory_mb} MB")
     print(f"written to    {given.output}, and how it was made to {given.output.with_suffix('.json')}")
 

@@ -11,6 +11,7 @@ from typing import Protocol
 import cv2
 import numpy as np
 from scipy import io
+from scipy.io.matlab import MatReadError
 
 from appliance import edge_scenes
 from vision.edges.forest.model import StructuredForest
@@ -109,7 +110,7 @@ def bsds_example(picture: Path, truth: Path) -> Example:
     try:
         people = io.loadmat(truth)["groundTruth"][0]
         segments = tuple(np.asarray(person["Segmentation"][0, 0], np.int32) for person in people)
-    except (OSError, KeyError, ValueError, IndexError) as error:
+    except (OSError, MatReadError, NotImplementedError, KeyError, ValueError, IndexError) as error:
         raise TrainingError(f"{truth}: no ground truth as BSDS500 has it") from error
     return Example(cv2.cvtColor(image, cv2.COLOR_BGR2RGB).astype(np.float32) / 255, segments)
 

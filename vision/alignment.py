@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 LOWEST_MM, HIGHEST_MM = 0.0, 320.0  # where the outlines of bars of 40 to 500 mm may agree
 BOARDS = 40  # n of algorithm 13; the source does not give it
 HEIGHT_STEP_MM = 0.01  # heights are whole steps, so that the loop's start does not show in the result
-JUMP_MM = 20.0  # a bar of another size: the loop lets go of its last height and searches again
+FIRST_MM = 100.0  # where the loop begins
 ROUNDS = 6  # evaluations of the loop before it gives up
 
 
@@ -207,7 +207,7 @@ def search_by_overlap(evaluate: Evaluate, boards: int = BOARDS) -> Height:
 def search_by_offset(evaluate: Evaluate, boards: int = BOARDS) -> Height:
     """Algorithm 13 on the centroids: of n boards the one at which the outlines' centroids are nearest.
 
-    The overlap is flat where one outline holds the other, as on rigs whose cameras are not alike; the centroids are not.
+    The overlap is flat where one outline holds the other, as on rigs whose cameras are not alike.
 
     Parameters
     ----------
@@ -232,8 +232,8 @@ class HeightLoop:
     """Algorithm 13 as a closed loop from frame to frame.
 
     It starts from the last frame's height, steps on the offset of the outlines' centroids with the slope that the rig
-    gives, and ends after a few boards. The first frame, and a bar whose size is another, are searched for over n
-    boards first; without a bar nothing is asked of the loop and its height stays.
+    gives, and ends after a few boards, also when the bar's size has jumped. Only where that leads nowhere all n boards
+    are searched and the loop starts again from the best. Without a bar nothing is asked of it and its height stays.
     """
 
     def __init__(self) -> None:
@@ -254,40 +254,32 @@ class HeightLoop:
         Height
             NaN without such a height between `LOWEST_MM` and `HIGHEST_MM`; the loop then keeps its last height.
         """
-        tried = 0
-        if math.isfinite(self.height_mm):
-            found = self._follow(evaluate, offset_per_mm, self.height_mm, JUMP_MM)
-            if math.isfinite(found.height_mm):
-                self.height_mm = found.height_mm
-                return found
-            tried = found.evaluations
-        start = search_by_offset(evaluate)
-        found = self._follow(evaluate, offset_per_mm, start.height_mm, HIGHEST_MM)
+        start_mm = self.height_mm if math.isfinite(self.height_mm) else FIRST_MM
+        found = _follow(evaluate, offset_per_mm, start_mm)
+        if not math.isfinite(found.height_mm):
+            best = search_by_offset(evaluate)
+            again = _follow(evaluate, offset_per_mm, best.height_mm)
+            tried = found.evaluations + best.evaluations + again.evaluations
+            found = Height(again.height_mm, again.quality, tried)
         if math.isfinite(found.height_mm):
             self.height_mm = found.height_mm
-        return Height(found.height_mm, found.quality, tried + start.evaluations + found.evaluations)
+        return found
 
-    def _follow(
-        self, evaluate: Evaluate, offset_per_mm: Callable[[float], float], start_mm: float, reach_mm: float
-    ) -> Height:
-        """Secant steps from a height, the first along the rig's slope; NaN when they lead too far or nowhere."""
-        nothing = Quality(math.nan, math.nan)
-        if not math.isfinite(start_mm):
-            return Height(math.nan, nothing, 0)
-        height, slope = start_mm, offset_per_mm(start_mm)
-        before: tuple[float, float] | None = None
-        for tried in range(1, ROUNDS + 1):
-            quality = evaluate(height)
-            if before is not None and height != before[0]:
-                slope = (quality.offset_px - before[1]) / (height - before[0])
-            if not (math.isfinite(quality.offset_px) and abs(slope) > 1e-9):
-                return Height(math.nan, quality, tried)
-            step = -quality.offset_px / slope
-            before = (height, quality.offset_px)
-            goal = HEIGHT_STEP_MM * round((height + step) / HEIGHT_STEP_MM)
-            if abs(goal - start_mm) > reach_mm or not LOWEST_MM <= goal <= HIGHEST_MM:
-                return Height(math.nan, quality, tried)
-            if abs(goal - height) < HEIGHT_STEP_MM / 2:
-                return Height(goal, quality, tried)
-            height = goal
-        return Height(math.nan, nothing, ROUNDS)
+
+def _follow(evaluate: Evaluate, offset_per_mm: Callable[[float], float], start_mm: float) -> Height:
+    """Secant steps from a height, the first along the rig's slope; NaN when they lead too far or do not end."""
+    height, tried = start_mm, 0
+    slope = offset_per_mm(start_mm) if math.isfinite(start_mm) else math.nan
+    before: tuple[float, float] | None = None
+    while tried < ROUNDS and LOWEST_MM <= height <= HIGHEST_MM:
+        quality = evaluate(height)
+        tried += 1
+        if before is not None:
+            slope = (quality.offset_px - before[1]) / (height - before[0])
+        if not abs(quality.offset_px) < abs(slope) * HIGHEST_MM:
+            break
+        goal = HEIGHT_STEP_MM * round((height - quality.offset_px / slope) / HEIGHT_STEP_MM)
+        if abs(goal - height) < HEIGHT_STEP_MM / 2:
+            return Height(goal, quality, tried)
+        before, height = (height, quality.offset_px), goal
+    return Height(math.nan, Quality(math.nan, math.nan), tried)

@@ -31,12 +31,18 @@ class Reason(enum.IntFlag):
     HELD = 1 << 11
     NO_WINDOWS = 1 << 12
     NOT_ALIGNED = 1 << 13
+    CAMERA_MOVED = 1 << 14
+    BAR_TOO_SHORT = 1 << 15
     SOME_EDGES_CLIPPED = 1 << 16
     LOW_CONTRAST = 1 << 17
     FEW_WINDOWS = 1 << 18
     POOR_ALIGNMENT = 1 << 20
     BOARD_HELD = 1 << 21
     ROUTES_DISAGREE = 1 << 24
+    CALIBRATION_DUE = 1 << 25
+    LIMB_HIDDEN = 1 << 26
+    BAR_HEAD = 1 << 27
+    BAR_TAIL = 1 << 28
 
     @property
     def names(self) -> list[str]:
@@ -77,12 +83,18 @@ REASONS: tuple[ReasonRow, ...] = (
     ReasonRow(Reason.HELD, True, "the PLC holds the gauge"),
     ReasonRow(Reason.NO_WINDOWS, True, "too few windows along the bar give a diameter by virtual boards"),
     ReasonRow(Reason.NOT_ALIGNED, True, "no virtual board makes the bar's outlines in both views agree"),
+    ReasonRow(Reason.CAMERA_MOVED, True, "a camera has moved too far since its calibration"),
+    ReasonRow(Reason.BAR_TOO_SHORT, True, "the bar covers less than half of the measuring region"),
     ReasonRow(Reason.SOME_EDGES_CLIPPED, False, "part of a limb is overexposed; the uncertainty is widened"),
     ReasonRow(Reason.LOW_CONTRAST, False, "an edge of the bar stands out weakly from its background"),
     ReasonRow(Reason.FEW_WINDOWS, False, "fewer than half of the windows agree with the cylinder"),
     ReasonRow(Reason.POOR_ALIGNMENT, False, "the outlines overlap worse than a round bar's do on this rig"),
     ReasonRow(Reason.BOARD_HELD, False, "without a bar the virtual board stays at its last height"),
     ReasonRow(Reason.ROUTES_DISAGREE, False, "tangent planes and virtual board differ by more than both allow"),
+    ReasonRow(Reason.CALIBRATION_DUE, False, "a camera has moved since its calibration; calibrate again"),
+    ReasonRow(Reason.LIMB_HIDDEN, False, "one of the four limbs is hidden; three are measured"),
+    ReasonRow(Reason.BAR_HEAD, False, "the bar's head lies in the measuring region"),
+    ReasonRow(Reason.BAR_TAIL, False, "the bar's tail lies in the measuring region"),
 )
 
 

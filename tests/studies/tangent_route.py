@@ -11,35 +11,49 @@ from appliance.mill.boards import board_document, observe
 from appliance.mill.scenes import draw, set_up
 from vision.calibration.board import Board
 from vision.calibration.stereo import calibrate
+from vision.sizing.budget import U_EXPONENT
 from vision.sizing.tangent import TangentGauge
 
 TEXT = (
     "Route T, rig calibrated by the product from projected corners with detector noise and boards with print errors; "
-    "800 x 600. Seeds are the cases' own."
+    "the cameras' responses are off by an exponent drawn from the budget's own uncertainty; 800 x 600. Each seed shows a "
+    "clean bar, one other condition and either an effect that the gauge does not model or nothing to be measured."
 )
-MEASURABLE = ("clean", "scale", "rollers", "post", "haze", "glare", "overexposed", "bar-end")
+CONDITIONS = ("scale", "post", "glare", "overexposed", "bar-end", "rollers", "haze")
+EFFECTS = ("ovality", "camber", "shimmer", "bounce", "nudged", "jpeg-420")
 NOTHING = ("no-bar", "one-blind", "two-bars")
-SEEDS = 200
+SEEDS = 504
 BOOTSTRAPS = 1000
 
 
 def cases():
-    return [{"condition": name, "seed": seed} for seed in range(SEEDS) for name in MEASURABLE + NOTHING]
+    return [{"condition": name, "seed": seed} for seed in range(SEEDS) for name in of_seed(seed)]
+
+
+def of_seed(seed):
+    third = EFFECTS[seed // 2 % len(EFFECTS)] if seed % 2 else NOTHING[seed // 2 % len(NOTHING)]
+    return "clean", CONDITIONS[seed % len(CONDITIONS)], third
 
 
 def run(case):
-    scene = draw(case["condition"], case["seed"])
-    reading = gauge(case["seed"]).measure(scene.left, scene.right)
+    name, seed = case["condition"], case["seed"]
+    scene = draw("clean", seed, effects=(name,)) if name in EFFECTS else draw(name, seed)
+    reading = gauge(seed).measure(*(off_response(picture, seed) for picture in (scene.left, scene.right)))
     truth_mm = scene.truth["diameter_mm"]
     result = {"truth_mm": truth_mm, "valid": reading.valid, "reasons": reading.reasons.names}
     if reading.valid:
-        error_mm = reading.diameter_mm - truth_mm if truth_mm is not None else None
         result |= {
-            "error_mm": error_mm,
-            "expanded_mm": reading.expanded_uncertainty_mm,
-            "trust": trust_percent(reading),
+            "error_mm": round(reading.diameter_mm - truth_mm, 4) if truth_mm is not None else None,
+            "expanded_mm": round(reading.expanded_uncertainty_mm, 4),
+            "trust": round(trust_percent(reading), 1),
         }
     return result
+
+
+def off_response(picture, seed):
+    """The picture of a camera whose code values follow light with an exponent that is a little off."""
+    exponent = np.random.default_rng([seed, 0x7265]).normal(1, U_EXPONENT)
+    return np.rint(255 * (np.arange(256) / 255) ** exponent).astype(np.uint8)[picture]
 
 
 @lru_cache(maxsize=1)

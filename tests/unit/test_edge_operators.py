@@ -56,7 +56,7 @@ def test_a_weak_line_of_canny_is_followed_from_where_it_is_strong():
         np.zeros((40, 40), np.uint8),
         np.zeros((40, 40, 4), np.float32),
         np.zeros((0, 0), np.float32),
-        np.zeros((2, 40), np.float32),
+        np.zeros((31, 40), np.float32),
         np.full((40, 40), np.nan, np.float32),
         np.full((40, 40), 255, np.float32),
         [[0.0]],

@@ -9,6 +9,10 @@ from cv2.typing import MatLike
 from numpy.typing import NDArray
 from skimage import filters
 
+from vision.edges.forest.features import PATCH_PX
+from vision.edges.forest.inference import EdgeDetector, shipped_detector
+from vision.edges.thinning import ridge_normals
+
 EdgeMethod = Literal["forest", "sobel", "prewitt", "roberts", "canny"]
 
 EDGE_METHODS: tuple[EdgeMethod, ...] = get_args(EdgeMethod)
@@ -17,7 +21,6 @@ CANNY_PAIR = (0.02, 0.05)  # low and high threshold, parts of the picture's stee
 CANNY_SIGMA_PX = 2**0.5  # smoothing before the gradient is taken
 _CANNY_FULL_SCALE = 16_000  # of gradients as int16; the sum of two squares fits 32 bits
 _FLAT = 1e-3  # steepest gradient, of Sobel's unscaled mask, that rounding alone may leave
-_LEAST_PX = 3  # rows and columns of the operators' masks
 
 Image = NDArray[np.float32]
 
@@ -44,10 +47,12 @@ def detect_edges(image: Image, method: EdgeMethod) -> EdgeMap:
     Parameters
     ----------
     image : ndarray of float32, shape (rows, columns) or (rows, columns, 3)
-        Grey or red-green-blue, 0 to 1. The classical operators take the grey value of coloured pictures.
+        Grey or red-green-blue, 0 to 1, at least 32 x 32. The classical operators take the grey value of coloured
+        pictures.
     method : {"forest", "sobel", "prewitt", "roberts", "canny"}
         Sobel, Prewitt and Roberts give the gradient's magnitude by eq. 2.1 to 2.3 of the dissertation, scaled so that
-        no picture can exceed 1; Canny (algorithm 1) gives 0 or 1 with the pair `CANNY_PAIR`.
+        no picture can exceed 1; Canny (algorithm 1) gives 0 or 1 with the pair `CANNY_PAIR`; the forest gives the share
+        of its trees' votes.
 
     Returns
     -------
@@ -61,12 +66,17 @@ def detect_edges(image: Image, method: EdgeMethod) -> EdgeMap:
     """
     if method not in EDGE_METHODS:
         raise ValueError(f"method: {method!r} is none of {', '.join(EDGE_METHODS)}")
-    grey = grey_of(checked_image(image, _LEAST_PX))
-    if method == "canny":
-        return canny(grey, *CANNY_PAIR)
+    image = checked_image(image)
     if method == "forest":
-        raise ValueError("method: the forest comes with its model")
-    return _gradient_edges(grey, method)
+        return forest_edges(shipped_detector(), image)
+    grey = image if image.ndim == 2 else np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.float32)
+    return canny(grey, *CANNY_PAIR) if method == "canny" else _gradient_edges(grey, method)
+
+
+def forest_edges(detector: EdgeDetector, image: Image) -> EdgeMap:
+    """Edges by a forest; strength is the share of trees that vote for an edge, half of what the detector gives."""
+    strength = np.minimum(np.float32(0.5) * detector.strength(image), np.float32(1))
+    return EdgeMap(strength, ridge_normals(strength))
 
 
 def canny(grey: Image, low: float, high: float) -> EdgeMap:
@@ -92,26 +102,20 @@ def canny(grey: Image, low: float, high: float) -> EdgeMap:
     return EdgeMap((edges > 0).astype(np.float32), _direction(dx, dy))
 
 
-def grey_of(image: Image) -> Image:
-    """Grey value, shape (rows, columns), of a grey or red-green-blue picture."""
-    return image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_RGB2GRAY).astype(np.float32, copy=False)
-
-
-def checked_image(image: Image, least_px: int) -> Image:
+def checked_image(image: Image) -> Image:
     """The picture itself when it is one.
 
     Raises
     ------
     ValueError
-        `image` has another type or shape, fewer rows or columns than `least_px`, or holds values that are not numbers
-        from 0 to 1.
+        As `detect_edges`.
     """
     if not isinstance(image, np.ndarray) or image.dtype != np.float32:
         raise ValueError(f"image: float32 wanted, got {getattr(image, 'dtype', type(image).__name__)}")
     if image.ndim != 2 and image.shape[2:] != (3,):
         raise ValueError(f"image: shape (rows, columns) or (rows, columns, 3) wanted, got {image.shape}")
-    if min(image.shape[:2]) < least_px:
-        raise ValueError(f"image: at least {least_px} rows and columns wanted, got shape {image.shape}")
+    if min(image.shape[:2]) < PATCH_PX:
+        raise ValueError(f"image: at least {PATCH_PX} rows and columns wanted, got shape {image.shape}")
     if not (image.min() >= 0 and image.max() <= 1):  # NaN fails both
         raise ValueError("image: values from 0 to 1 wanted, without NaN")
     return image

@@ -1,10 +1,16 @@
-"""Where a straight edge crosses its profiles, to a fraction of a pixel, halfway in light."""
+"""Where a straight edge crosses its profiles, to a fraction of a pixel, halfway in light.
+
+Profiles run from the dark side to the bright one. Half level between the plateaus on either side gives each crossing;
+the median profile of the edge then tells its own shape, blur, halo and all, and fitting that shape over the dark flank
+alone locates the edge anew without looking far into the bar, where patches may lie.
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
-from scipy import ndimage, special
+from scipy import special
 
 Array = NDArray[np.float64]
 
@@ -13,17 +19,34 @@ DEEPER_PX = 3.0  # width of the plateau behind it, which tells how light changes
 CLEARLY = 0.15  # of the step from background to bar: more than a reflection, less than a dark patch on the bar
 REACH_SIGMAS = 2.2  # beyond it less than 1.4 % of the step is missing on either side, alike
 LEAST_REACH_PX = 1.5  # bilinear interpolation alone blurs that far
+SHAPE_PX = 6.0  # half length of an edge's own shape
+SHAPE_STEP_PX = 0.25
+FLANK_SIGMAS = (3.0, 1.2)  # outwards and inwards of the edge: where its shape is fitted
+FIT_ROUNDS = 6
+MISFIT, MISFITS = 0.04, 3.0  # of the step, root mean square, and of the median: beyond both it is another edge
+EVEN = 0.08  # of the step: how far light behind the edge may differ
+QUIET, NOISES = 0.25, 4.0  # share of the profiles that differ by noise alone, and how many times that is no noise
+LEAST_EVEN = 0.4  # of the profiles: so many are kept
+MOVED_PX = 1.5  # a fit that leaves its crossing further has found something else
 
 
 def sample_profiles(
-    light: NDArray[np.float32], point_px: Array, normal: Array, offsets_px: Array
-) -> NDArray[np.float64]:
+    picture: NDArray[np.uint8],
+    channel: int,
+    decode: NDArray[np.float32],
+    point_px: Array,
+    normal: Array,
+    offsets_px: Array,
+) -> Array:
     """Light along straight profiles, bilinear between pixel centres.
 
     Parameters
     ----------
-    light : ndarray of float32, shape (rows, columns)
-        Linear light.
+    picture : ndarray of uint8, shape (rows, columns, channels)
+    channel : int
+        Of the picture.
+    decode : ndarray of float32, shape (256,)
+        Light of every code value.
     point_px : ndarray of float64, shape (n, 2)
         Middles of the profiles, (x, y).
     normal : ndarray of float64, shape (n, 2)
@@ -36,9 +59,7 @@ def sample_profiles(
     ndarray of float64, shape (n, m)
         NaN outside the image.
     """
-    x = point_px[:, 0, None] + normal[:, 0, None] * offsets_px
-    y = point_px[:, 1, None] + normal[:, 1, None] * offsets_px
-    return ndimage.map_coordinates(light, [y, x], output=np.float64, order=1, cval=np.nan)
+    return _sample(picture, channel, decode, point_px, normal, offsets_px)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,9 +84,8 @@ def half_level_crossing(
 ) -> Crossings:
     """Place on each profile where light is halfway between its two plateaus.
 
-    Profiles run from the dark side to the bright one. The plateaus begin where the edge's blur has died away on
-    either side of the edge, and are found anew around the first crossing, so that the levels belong to
-    this edge and not to what lies further off.
+    The plateaus begin where the edge's blur has died away on either side of the edge, and are found anew around the
+    first crossing, so that the levels belong to this edge and not to what lies further off.
 
     Parameters
     ----------
@@ -84,10 +104,9 @@ def half_level_crossing(
     -------
     Crossings
     """
-    reach = max(LEAST_REACH_PX, REACH_SIGMAS * blur_px)
+    reach = _reach(blur_px)
     start = _outermost(profile, offsets_px, reach) if expected_px is None else np.full(len(profile), expected_px)
-    first = _between_plateaus(profile, offsets_px, start, reach, shading)
-    return _between_plateaus(profile, offsets_px, first.place_px, reach, shading)
+    return Crossings(*_cross(profile, *_grid(offsets_px), start, reach, shading))
 
 
 def edge_shading(profile: Array, offsets_px: Array, crossings: Crossings, blur_px: float) -> float:
@@ -115,21 +134,16 @@ def edge_shading(profile: Array, offsets_px: Array, crossings: Crossings, blur_p
     float
         Median over the profiles, so that patches on the bar do not count; 0 without any profile.
     """
-    reach = max(LEAST_REACH_PX, REACH_SIGMAS * blur_px)
+    reach = _reach(blur_px)
     plateau, behind = (reach, reach + PLATEAU_PX), (reach + PLATEAU_PX, reach + PLATEAU_PX + DEEPER_PX)
-    deeper = _plateau(profile, offsets_px, crossings.place_px, +1, behind)
-    further = _plateau(profile, offsets_px, crossings.place_px, -1, behind)
+    deeper = _levels(profile, *_grid(offsets_px), crossings.place_px, 1, *behind)
+    further = _levels(profile, *_grid(offsets_px), crossings.place_px, -1, *behind)
     root, deeper_root = _mean_root(plateau), _mean_root(behind)
     rise = (deeper - crossings.bright) - (crossings.dark - further)
     with np.errstate(divide="ignore", invalid="ignore"):
         k = rise / (crossings.bright - crossings.dark) / (deeper_root - root)
     found = k[np.isfinite(k)]
     return float(np.median(found) * (root - 0.822 * np.sqrt(blur_px))) if found.size else 0.0
-
-
-def _mean_root(span: tuple[float, float]) -> float:
-    """Mean square root of the numbers between two."""
-    return (span[1] ** 1.5 - span[0] ** 1.5) / (1.5 * (span[1] - span[0]))
 
 
 def edge_blur_px(profile: Array, offsets_px: Array, place_px: Array) -> float:
@@ -142,20 +156,129 @@ def edge_blur_px(profile: Array, offsets_px: Array, place_px: Array) -> float:
     offsets_px : ndarray of float64, shape (m,)
         Places.
     place_px : ndarray of float64, shape (n,)
-        Crossings; finite.
+        Crossings; NaN where there is none.
 
     Returns
     -------
     float
-        Pixels, the bilinear interpolation's own blur included.
+        Pixels, the bilinear interpolation's own blur included; NaN without any crossing.
     """
     near, far = 0.5, 5.0
-    level = [
-        np.median([np.interp(at + d, offsets_px, row) for row, at in zip(profile, place_px, strict=True)])
-        for d in (-far, -near, near, far)
-    ]
+    around = _around(profile, *_grid(offsets_px), place_px, np.array([-far, -near, near, far]))
+    around = around[np.isfinite(around).all(axis=1)]
+    if not len(around):
+        return np.nan
+    level = np.median(around, axis=0)
     steepness = np.clip((level[2] - level[1]) / max(level[3] - level[0], 1e-9), 1e-3, 1 - 1e-6)
     return float(near / (np.sqrt(2) * special.erfinv(steepness)))
+
+
+def even_profiles(profile: Array, offsets_px: Array, crossings: Crossings, blur_px: float) -> NDArray[np.intp]:
+    """Numbers of the half of the profiles whose light is most even behind the edge: those cross no patch.
+
+    Parameters
+    ----------
+    profile : ndarray of float64, shape (n, m)
+        Light, from dark to bright.
+    offsets_px : ndarray of float64, shape (m,)
+        Places.
+    crossings : Crossings
+    blur_px : float
+        Standard deviation of the edge's blur.
+
+    Returns
+    -------
+    ndarray of int
+        Empty without any crossing.
+    """
+    reach = _reach(blur_px)
+    behind = _levels(profile, *_grid(offsets_px), crossings.place_px, 1, reach + PLATEAU_PX, reach + 2 * PLATEAU_PX)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        uneven = np.abs(behind - crossings.bright) / (crossings.bright - crossings.dark)
+    usable = np.flatnonzero(np.isfinite(uneven) & np.isfinite(crossings.place_px))
+    return usable[np.argsort(uneven[usable], kind="stable")[: (usable.size + 1) // 2]]
+
+
+def fitted_edges(
+    profile: Array, offsets_px: Array, crossings: Crossings, even: NDArray[np.intp], blur_px: float
+) -> tuple[Array, Array, float]:
+    """Place of the edge on each profile by least squares of D + A T(x - e) over its dark flank.
+
+    D is the dark plateau, T the edge's shape; the step A and the place e are fitted. What lies on the bar more than
+    about one standard deviation of the blur behind the edge does not count.
+
+    Parameters
+    ----------
+    profile : ndarray of float64, shape (n, m)
+        Light, from dark to bright.
+    offsets_px : ndarray of float64, shape (m,)
+        Places.
+    crossings : Crossings
+        First guess.
+    even : ndarray of int
+        Numbers of profiles that cross no patch; see `even_profiles`.
+    blur_px : float
+        Standard deviation of the edge's blur.
+
+    Returns
+    -------
+    place_px : ndarray of float64, shape (n,)
+        NaN where the profile has no edge of this shape, or crosses a patch close behind it.
+    step : ndarray of float64, shape (n,)
+        A, light.
+    uneven_share : float
+        Share of the profiles that cross a patch.
+    """
+    shape = _shape(profile, offsets_px, crossings, even)
+    outwards, inwards = (min(SHAPE_PX - 1.0, sigmas * blur_px) for sigmas in FLANK_SIGMAS)
+    levels = crossings.place_px, crossings.dark, crossings.bright
+    place, step, misfit = _fit(profile, *_grid(offsets_px), *levels, shape, outwards, inwards)
+    found = np.isfinite(misfit)
+    if found.any():
+        place[misfit > max(MISFIT, MISFITS * float(np.median(misfit[found])))] = np.nan
+    off = _unevenness(profile, offsets_px, place, crossings.dark, step, blur_px)
+    found = np.isfinite(off)
+    uneven_share = 0.0
+    if found.any():
+        quiet, enough = np.quantile(off[found], [QUIET, LEAST_EVEN])
+        most = max(EVEN, NOISES * quiet)
+        uneven_share = float(np.mean(off[found] > most))
+        place[~(off <= max(most, enough))] = np.nan
+    moved = (place - crossings.place_px)[even]
+    return place - (np.median(moved[np.isfinite(moved)]) if np.isfinite(moved).any() else 0.0), step, uneven_share
+
+
+def _shape(profile: Array, offsets_px: Array, crossings: Crossings, even: NDArray[np.intp]) -> Array:
+    """Median light around the crossing, from 0 on the dark plateau to 1 at the bar's limb."""
+    places = np.arange(-SHAPE_PX, SHAPE_PX + SHAPE_STEP_PX / 2, SHAPE_STEP_PX)
+    around = _around(profile[even], *_grid(offsets_px), crossings.place_px[even], places)
+    step = crossings.bright[even, None] - crossings.dark[even, None]
+    return np.median((around - crossings.dark[even, None]) / step, axis=0)
+
+
+def _unevenness(profile: Array, offsets_px: Array, place: Array, dark: Array, step: Array, blur_px: float) -> Array:
+    """How far the light behind each edge is from that at the edge, over the step: more than noise where it crosses a patch.
+
+    What all profiles share, as a bar's limb darkening, does not count.
+    """
+    reach = _reach(blur_px)
+    spans = (reach, reach + PLATEAU_PX), (reach + PLATEAU_PX, reach + PLATEAU_PX + DEEPER_PX)
+    behind, deeper = ((_levels(profile, *_grid(offsets_px), place, 1, *span) - dark) / step for span in spans)
+    usual = np.nanmedian(behind) if np.isfinite(behind).any() else 1.0
+    return np.maximum(np.abs(behind - usual), np.abs(deeper - behind))
+
+
+def _reach(blur_px: float) -> float:
+    return max(LEAST_REACH_PX, REACH_SIGMAS * blur_px)
+
+
+def _grid(offsets_px: Array) -> tuple[float, float]:
+    return float(offsets_px[0]), float(offsets_px[1] - offsets_px[0])
+
+
+def _mean_root(span: tuple[float, float]) -> float:
+    """Mean square root of the numbers between two."""
+    return (span[1] ** 1.5 - span[0] ** 1.5) / (1.5 * (span[1] - span[0]))
 
 
 def _outermost(profile: Array, offsets_px: Array, reach: float) -> Array:
@@ -173,33 +296,134 @@ def _outermost(profile: Array, offsets_px: Array, reach: float) -> Array:
     return offsets_px[inner][np.argmax(above, axis=1)]
 
 
-def _between_plateaus(profile: Array, offsets_px: Array, near: Array, reach: float, shading: float) -> Crossings:
-    """Crossing halfway between the plateaus on either side of a place."""
-    dark = _plateau(profile, offsets_px, near, -1, (reach, reach + PLATEAU_PX))
-    bright = _plateau(profile, offsets_px, near, +1, (reach, reach + PLATEAU_PX))
-    bright = bright - shading * (bright - dark)
-    place = _crossing(profile, offsets_px, 0.5 * (dark + bright), near)
-    return Crossings(np.where(bright > dark, place, np.nan), dark, bright)
+# Compiled loops: one profile after the other, without a temporary array.
 
 
-def _plateau(profile: Array, offsets_px: Array, place: Array, side: int, span: tuple[float, float]) -> Array:
+@njit(nogil=True, cache=True)
+def _sample(picture, channel, decode, point, normal, offsets):  # noqa: ANN001, ANN202
+    rows, columns = picture.shape[0], picture.shape[1]
+    light = np.empty((point.shape[0], offsets.shape[0]))
+    for i in range(point.shape[0]):
+        for j in range(offsets.shape[0]):
+            x = point[i, 0] + offsets[j] * normal[i, 0]
+            y = point[i, 1] + offsets[j] * normal[i, 1]
+            if not (0.0 <= x <= columns - 1 and 0.0 <= y <= rows - 1):
+                light[i, j] = np.nan
+                continue
+            column, row = min(int(x), columns - 2), min(int(y), rows - 2)
+            right, down = x - column, y - row
+            above = (1 - right) * decode[picture[row, column, channel]]
+            above += right * decode[picture[row, column + 1, channel]]
+            below = (1 - right) * decode[picture[row + 1, column, channel]]
+            below += right * decode[picture[row + 1, column + 1, channel]]
+            light[i, j] = (1 - down) * above + down * below
+    return light
+
+
+@njit(nogil=True, cache=True)
+def _level(row, first, step, at, side, near, far):  # noqa: ANN001, ANN202, PLR0913
     """Mean light between two distances from a place on one side of it."""
-    away = side * (offsets_px - place[:, None])
-    inside = (away >= span[0]) & (away <= span[1])
-    count = np.count_nonzero(inside, axis=1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(inside, profile, 0.0).sum(axis=1) / count
+    low, high = (at + near, at + far) if side > 0 else (at - far, at - near)
+    if not (low == low):  # NaN
+        return np.nan
+    begin = max(0, int(np.ceil((low - first) / step - 1e-9)))
+    end = min(row.shape[0] - 1, int(np.floor((high - first) / step + 1e-9)))
+    if end < begin:
+        return np.nan
+    total = 0.0
+    for j in range(begin, end + 1):
+        total += row[j]
+    return total / (end - begin + 1)
 
 
-def _crossing(profile: Array, offsets_px: Array, level: Array, place: Array) -> Array:
+@njit(nogil=True, cache=True)
+def _levels(profile, first, step, place, side, near, far):  # noqa: ANN001, ANN202, PLR0913
+    level = np.empty(profile.shape[0])
+    for i in range(profile.shape[0]):
+        level[i] = _level(profile[i], first, step, place[i], side, near, far)
+    return level
+
+
+@njit(nogil=True, cache=True)
+def _rise(row, first, step, level, at):  # noqa: ANN001, ANN202
     """Upward crossing of the level that is nearest to a place."""
-    above = profile >= level[:, None]
-    rises = ~above[:, :-1] & above[:, 1:]
-    distance = np.abs(0.5 * (offsets_px[1:] + offsets_px[:-1]) - place[:, None])
-    distance[~rises] = np.inf
-    nearest = np.argmin(distance, axis=1)
-    row = np.arange(profile.shape[0])
-    low, high = profile[row, nearest], profile[row, nearest + 1]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        place = offsets_px[nearest] + (level - low) / (high - low) * (offsets_px[1] - offsets_px[0])
-    return np.where(np.isfinite(distance[row, nearest]) & np.isfinite(level), place, np.nan)
+    place, nearest = np.nan, np.inf
+    for j in range(row.shape[0] - 1):
+        if row[j] < level <= row[j + 1]:
+            distance = abs(first + (j + 0.5) * step - at)
+            if distance < nearest:
+                nearest = distance
+                place = first + (j + (level - row[j]) / (row[j + 1] - row[j])) * step
+    return place
+
+
+@njit(nogil=True, cache=True)
+def _cross(profile, first, step, start, reach, shading):  # noqa: ANN001, ANN202, PLR0913
+    count = profile.shape[0]
+    place, dark, bright = np.empty(count), np.empty(count), np.empty(count)
+    for i in range(count):
+        at = start[i]
+        for _ in range(2):
+            dark[i] = _level(profile[i], first, step, at, -1, reach, reach + PLATEAU_PX)
+            bright[i] = _level(profile[i], first, step, at, 1, reach, reach + PLATEAU_PX)
+            bright[i] -= shading * (bright[i] - dark[i])
+            at = _rise(profile[i], first, step, 0.5 * (dark[i] + bright[i]), at) if bright[i] > dark[i] else np.nan
+        place[i] = at
+    return place, dark, bright
+
+
+@njit(nogil=True, cache=True)
+def _around(profile, first, step, place, offsets):  # noqa: ANN001, ANN202
+    """Light at offsets from each profile's place, linear between samples, the outermost sample beyond the ends."""
+    light = np.full((profile.shape[0], offsets.shape[0]), np.nan)
+    for i in range(profile.shape[0]):
+        if not (place[i] == place[i]):
+            continue
+        for j in range(offsets.shape[0]):
+            at = min(max((place[i] + offsets[j] - first) / step, 0.0), profile.shape[1] - 1.0)
+            k = min(int(at), profile.shape[1] - 2)
+            light[i, j] = profile[i, k] + (at - k) * (profile[i, k + 1] - profile[i, k])
+    return light
+
+
+@njit(nogil=True, cache=True)
+def _fit(profile, first, step, start, dark, bright, shape, outwards, inwards):  # noqa: ANN001, ANN202, PLR0913
+    count, samples, last = profile.shape[0], profile.shape[1], shape.shape[0] - 1
+    place, height, misfits = np.full(count, np.nan), np.full(count, np.nan), np.full(count, np.nan)
+    for i in range(count):
+        at, a, misfit = start[i], bright[i] - dark[i], np.nan
+        if not (at == at):
+            continue
+        for _ in range(FIT_ROUNDS):
+            begin = max(0, int(np.ceil((at - outwards - first) / step)))
+            end = min(samples - 1, int(np.floor((at + inwards - first) / step)))
+            tt, ts, ss, tr, sr, rr = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            for j in range(begin, end + 1):
+                where = (first + j * step - at + SHAPE_PX) / SHAPE_STEP_PX
+                k = min(max(int(where), 0), last - 1)
+                slope = shape[k + 1] - shape[k]
+                t = shape[k] + (where - k) * slope
+                s = -a * slope / SHAPE_STEP_PX
+                r = profile[i, j] - dark[i] - a * t
+                tt += t * t
+                ts += t * s
+                ss += s * s
+                tr += t * r
+                sr += s * r
+                rr += r * r
+            determinant = tt * ss - ts * ts
+            if not (determinant > 0.0 and a > 0.0):
+                misfit = np.nan
+                break
+            misfit = np.sqrt(rr / (end - begin + 1)) / a
+            shift = (tt * sr - ts * tr) / determinant
+            at += min(max(shift, -0.5), 0.5)
+            a += (ss * tr - ts * sr) / determinant
+            if abs(shift) < 1e-4:
+                break
+            if not (abs(at - start[i]) < MOVED_PX):
+                misfit = np.nan
+                break
+        if misfit == misfit:
+            place[i], height[i], misfits[i] = at, a, misfit
+    return place, height, misfits

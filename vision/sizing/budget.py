@@ -6,14 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from vision.calibration.bundle import N_CAMERA, project_with_slopes
 from vision.calibration.rig import Rig
-from vision.sizing.cylinder import CylinderFit, tangent_distance_mm
+from vision.sizing.cylinder import CylinderFit, touched_points
+from vision.sizing.limb import LimbPoints
 from vision.sizing.points import EdgePoints
 
 Array = NDArray[np.float64]
 
-U_EXPONENT = 0.02  # relative, of the camera's response: how far a power law of its code values may be off
-U_PLACE_PX = 0.02  # of a whole limb: what a perfect-looking edge may still be off
+U_EXPONENT = 0.01  # relative, of the camera's response: how far a power law of its code values may be off
+U_PLACE_PX = 0.01  # of a whole limb: what a perfect-looking edge may still be off
+U_SHADING = 0.25  # relative, of the shift that allows for a bar that is darker at its limb
+GROSS_ERROR_SENSITIVITY = 1.7  # of the biweight, in standard deviations (Huber, ISBN 0-471-41805-6, 4.3)
+FOREIGN_MOST = 0.8  # share of a limb's points that is taken for foreign at most
 CLIPPED_SHIFT_PX = 0.5  # how far an overexposed edge moves outwards
 
 
@@ -34,26 +39,9 @@ class Budget:
         return 2 * float(np.sqrt(sum(part**2 for part in astuple(self))))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class LimbLight:
-    """Light along one limb.
-
-    Attributes
-    ----------
-    blur_px : float
-        Standard deviation of the edge's blur.
-    dark_share : float
-        Light of the background over that of the bar.
-    clipped_share : float
-        Share of overexposed points, which were left out.
-    """
-
-    blur_px: float
-    dark_share: float
-    clipped_share: float
-
-
-def uncertainty_budget(fit: CylinderFit, points: EdgePoints, windows: int, rig: Rig, light: list[LimbLight]) -> Budget:
+def uncertainty_budget(
+    fit: CylinderFit, points: EdgePoints, windows: int, rig: Rig, limbs: list[LimbPoints], ovality_mm: float
+) -> Budget:
     """All parts of the diameter's uncertainty.
 
     Parameters
@@ -64,8 +52,10 @@ def uncertainty_budget(fit: CylinderFit, points: EdgePoints, windows: int, rig: 
     windows : int
         Number of windows along the bar.
     rig : Rig
-    light : list of LimbLight
-        Of each limb, in the order of `points.limb`.
+    limbs : list of LimbPoints
+        In the order of `points.limb`.
+    ovality_mm : float
+        Greatest minus least width that the section may have.
 
     Returns
     -------
@@ -74,18 +64,17 @@ def uncertainty_budget(fit: CylinderFit, points: EdgePoints, windows: int, rig: 
         propagated through the fit. `board`: the board's scale. `light`: the camera's response and overexposed
         points. `shape`: 0, the bar is taken as round. `model`: limbs that lie off as a whole.
     """
-    reach_mm = np.array([_reach_mm(fit, points, limb) for limb in range(len(light))])
-    shift_px = np.array([_response_shift_px(one) for one in light])
-    clipped_px = np.array([CLIPPED_SHIFT_PX * one.clipped_share for one in light])
-    window_px = points.window_medians(np.where(fit.weight > 0, fit.residual_px, np.nan), windows)
-    off_px = np.array([_off_px(of_limb[np.isfinite(of_limb)]) for of_limb in window_px])
+    reach_mm = np.array([_reach_mm(fit, points, limb) for limb in range(len(limbs))])
+    shift_px = np.array([_response_shift_px(one) for one in limbs])
+    clipped_px = np.array([CLIPPED_SHIFT_PX * one.clipped_share for one in limbs])
+    off_px = np.array([_off_px(fit, points, index, limb) for index, limb in enumerate(limbs)])
     return Budget(
         edge_mm=fit.u_diameter_mm,
         calibration_mm=_calibration_mm(fit, points, rig),
         board_mm=fit.diameter_mm * rig.square_relative_u,
         # response and overexposure move all limbs the same way, a limb's own fault only that limb
         light_mm=float(np.hypot(reach_mm @ shift_px, reach_mm @ clipped_px)),
-        shape_mm=0.0,
+        shape_mm=ovality_mm / (2 * np.sqrt(3)),
         model_mm=float(np.linalg.norm(reach_mm * off_px)),
     )
 
@@ -96,31 +85,47 @@ def _reach_mm(fit: CylinderFit, points: EdgePoints, limb: int) -> float:
     return float(-2 * np.sum(fit.gain[4, mine] / fit.pixel_per_mm[mine]))
 
 
-def _response_shift_px(light: LimbLight) -> float:
+def _response_shift_px(limb: LimbPoints) -> float:
     """How far half level moves when code values follow light with an exponent that is off by `U_EXPONENT`."""
     k = 1 + U_EXPONENT
-    dark = light.dark_share
+    dark = float(np.median(limb.dark / limb.bright))
     level = ((1 + dark**k) / 2) ** (1 / k)
-    return float(light.blur_px * special.ndtri((level - dark) / (1 - dark)))
+    return float(limb.blur_px * special.ndtri((level - dark) / (1 - dark)))
 
 
-def _off_px(windows: Array) -> float:
-    """How far a limb may be off as a whole: as far as its windows are off each other, and a little more."""
-    if not len(windows):
-        return 0.0  # a limb that the fit left out moves nothing
-    middle = np.median(windows)
-    spread = 1.4826 * np.median(np.abs(windows - middle))
-    return float(np.sqrt(U_PLACE_PX**2 + spread**2 + middle**2))
+def _off_px(fit: CylinderFit, points: EdgePoints, index: int, limb: LimbPoints) -> float:
+    """How far a limb may be off as a whole.
+
+    It is the root sum of squares of what a perfect edge may be off, of the doubt in the correction for shading, of
+    how far the limb lies off the cylinder, and of the largest bias e / (1 - e) x 1.7 sigma that a share e of foreign
+    points gives a biweight, taken as the half width of a rectangular distribution.
+    """
+    mine = points.limb == index
+    agreeing = fit.weight[mine] > 0
+    middle_px = float(np.median(fit.residual_px[mine][agreeing])) if agreeing.any() else 0.0
+    foreign = min(1 - float(fit.weight[mine].mean()), FOREIGN_MOST)
+    bias_px = GROSS_ERROR_SENSITIVITY * fit.scale_px * foreign / (1 - foreign) / np.sqrt(3)
+    return float(np.linalg.norm([U_PLACE_PX, U_SHADING * limb.shading_px, middle_px, bias_px]))
 
 
 def _calibration_mm(fit: CylinderFit, points: EdgePoints, rig: Rig) -> float:
-    """The rig's covariance through one linear step of the fit; one point stands for each window of a limb."""
+    """The rig's covariance through one linear step of the fit; one point stands for each window of a limb.
+
+    When a camera changes a little, a limb moves in its picture as the point does that is seen there on the bar: the
+    tangent planes envelope the bar, so the touched point's own way along them does not count.
+    """
     strips = points.limb * (points.window.max() + 1) + points.window
     _, first, index, count = np.unique(strips, return_index=True, return_inverse=True, return_counts=True)
-    weight = np.bincount(index, fit.gain[4])
     middle = points.only(first + count // 2)
-
-    def diameter_mm(changed: Rig) -> float:
-        return float(-2 * weight @ tangent_distance_mm(fit.parameters, middle.rays(changed))[0])
-
-    return rig.standard_uncertainty(diameter_mm)
+    # growth of the diameter per pixel by which all points of a strip move outwards
+    growth_mm = -2 * np.bincount(index, fit.gain[4] / fit.pixel_per_mm)
+    touched_mm, outwards = touched_points(fit.parameters, middle.rays(rig))
+    slope = np.zeros(2 * N_CAMERA)
+    for view, camera in enumerate((rig.left, rig.right)):
+        mine = middle.view == view
+        _, by_camera, by_point = project_with_slopes(camera, touched_mm[mine])
+        normal = np.einsum("nij,nj->ni", by_point, outwards[mine])
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        # a camera that shows the bar further outwards makes the points that were found lie further inwards
+        slope[view * N_CAMERA :][:N_CAMERA] = -np.einsum("n,ni,nij->j", growth_mm[mine], normal, by_camera)
+    return float(np.sqrt(max(slope @ rig.covariance @ slope, 0.0)))

@@ -9,11 +9,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import ndtri
 
 Array = NDArray[np.float64]
 
 BIWEIGHT = 4.685  # 95 % efficient on Gaussian noise (Beaton and Tukey, doi:10.1080/00401706.1974.10489171)
-STEP_END = 1e-6  # mm, and mm per mm
+STEP_END = 1e-4  # mm, and mm per mm
+QUIET = 0.25  # share of a limb's points that surely lie on the bar's own edge
+LAG = 4  # points along a limb: further apart than the blur reaches
+NARROWING_STEPS, NARROWING, NARROWEST = 8, 0.7, 0.6  # of the spread, by each step and at the end
 LEAST_SCALE_PX = 0.02  # a lucky small scatter must not reject good points
 
 
@@ -35,6 +39,9 @@ class EdgeRays:
         Which limb in which view a ray belongs to, from 0; its rays lie in one tangent plane.
     window : ndarray of int64, shape (n,)
         Strip along the bar; points of one limb and window may be correlated.
+    inwards : ndarray of float64, shape (n,)
+        How many times as doubtful a residual is when it points inwards: a sliver of a dark patch along a limb moves its
+        edge inwards.
     """
 
     origin_mm: Array
@@ -43,6 +50,7 @@ class EdgeRays:
     pixel_per_radian: Array
     limb: NDArray[np.int64]
     window: NDArray[np.int64]
+    inwards: Array
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -117,42 +125,40 @@ def tangent_distance_mm(parameters: Array, rays: EdgeRays) -> tuple[Array, Array
     return s * d - R, jacobian
 
 
-def linear_start(rays: EdgeRays) -> Array:
-    """First guess of the cylinder from one tangent plane per limb and view.
+def touched_points(parameters: Array, rays: EdgeRays) -> tuple[Array, Array]:
+    """Points of the cylinder that rays touch or come nearest to, and the cylinder's outward normals there.
 
-    The planes' normals are fitted to their rays; the axis direction is the smallest singular vector of the stacked
-    normals; then n_i . (p - C_i) = s_i R is linear in p and R.
+    Parameters
+    ----------
+    parameters : ndarray, shape (5,)
+        See `CylinderFit.parameters`.
+    rays : EdgeRays
 
     Returns
     -------
-    ndarray of float64, shape (5,)
+    points_mm, outwards : ndarray of float64, shape (n, 3)
     """
-    normals, offsets, sides = [], [], []
-    for limb in np.unique(rays.limb):
-        mine = rays.limb == limb
-        normal = np.linalg.svd(rays.direction[mine], full_matrices=False)[2][2]
-        # towards smaller x, as u x v is when u runs along +y and v downwards
-        normal = -normal if normal[0] > 0 else normal
-        normals.append(normal)
-        offsets.append(normal @ rays.origin_mm[mine][0])
-        sides.append(rays.side[mine][0])
-    stacked = np.array(normals)
-    u = np.linalg.svd(stacked)[2][2]
-    u = u / u[1]
-    design = np.column_stack([stacked[:, 0], stacked[:, 2], -np.array(sides)])
-    x0, z0, R = np.linalg.lstsq(design, np.array(offsets), rcond=None)[0]
-    return np.array([x0, z0, u[0], u[2], R])
+    x0, z0, slope_x, slope_z, R = parameters
+    axis = np.array([x0, 0.0, z0])
+    u = np.array([slope_x, 1.0, slope_z]) / np.sqrt(1 + slope_x**2 + slope_z**2)
+    v, from_axis = rays.direction, rays.origin_mm - axis
+    cosine = v @ u
+    reach = (cosine * (from_axis @ u) - np.einsum("ij,ij->i", from_axis, v)) / (1 - cosine**2)
+    nearest = from_axis + reach[:, None] * v
+    outwards = nearest - np.outer(nearest @ u, u)
+    outwards /= np.linalg.norm(outwards, axis=1, keepdims=True)
+    return axis + np.outer(nearest @ u, u) + R * outwards, outwards
 
 
-def fit_cylinder(rays: EdgeRays, start: Array | None = None, rounds: int = 50) -> CylinderFit | None:
+def fit_cylinder(rays: EdgeRays, start: Array, rounds: int = 80) -> CylinderFit | None:
     """Fit one cylinder to all edge rays, outliers weighted down by Tukey's biweight.
 
     Parameters
     ----------
     rays : EdgeRays
         At least one limb of each view and five rays in all.
-    start : ndarray, shape (5,), optional
-        First guess; `linear_start` by default.
+    start : ndarray, shape (5,)
+        First guess.
     rounds : int
         Limit on Gauss-Newton steps.
 
@@ -161,25 +167,38 @@ def fit_cylinder(rays: EdgeRays, start: Array | None = None, rounds: int = 50) -
     CylinderFit or None
         None when the rays do not fix a cylinder.
     """
-    parameters = linear_start(rays) if start is None else start
-    converged = False
-    for _ in range(rounds):
+    parameters = start
+    scale_px, converged = np.inf, False
+    for step_number in range(rounds):
         gap, jacobian = tangent_distance_mm(parameters, rays)
         pixel_per_mm = rays.pixel_per_radian / _depth_mm(parameters, rays)
         residual_px = gap * pixel_per_mm
-        scale_px = max(LEAST_SCALE_PX, 1.4826 * float(np.median(np.abs(residual_px))))
-        weight = _biweight(residual_px / scale_px)
+        if step_number < NARROWING_STEPS:  # afterwards it stands still, so that the steps come to an end
+            wide_px = 1.4826 * float(np.median(np.abs(residual_px)))
+            narrow_px = max(LEAST_SCALE_PX, _local_scatter_px(residual_px, rays), NARROWEST * wide_px)
+            scale_px = max(narrow_px, NARROWING**step_number * wide_px)
+        ratio = np.where(residual_px < 0, rays.inwards, 1.0) * residual_px / scale_px
+        weight = _biweight(ratio)
         gain = _gain(jacobian, weight * pixel_per_mm**2)
         if gain is None:
             return None
         if converged:
-            influence = gain * gap * (weight.mean() / _slope(residual_px / scale_px).mean())
+            influence = gain * gap * (weight.mean() / _slope(ratio).mean())
             covariance = _clustered_covariance(influence, rays)
             return CylinderFit(parameters, covariance, residual_px, pixel_per_mm, weight, scale_px, gain)
         step = -gain @ gap
         parameters = parameters + step
-        converged = bool(np.all(np.abs(step) < STEP_END))
+        converged = step_number >= NARROWING_STEPS and bool(np.all(np.abs(step) < STEP_END))
     return None
+
+
+def _local_scatter_px(residual_px: Array, rays: EdgeRays) -> float:
+    """Standard deviation of the quietest residuals against those a few points further in the same window."""
+    near = (rays.limb[LAG:] == rays.limb[:-LAG]) & (rays.window[LAG:] == rays.window[:-LAG])
+    if not near.any():
+        return 0.0
+    differences = np.abs(residual_px[LAG:] - residual_px[:-LAG])[near]
+    return float(np.quantile(differences, QUIET) / (np.sqrt(2) * ndtri((1 + QUIET) / 2)))
 
 
 def _depth_mm(parameters: Array, rays: EdgeRays) -> Array:

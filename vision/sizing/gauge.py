@@ -1,33 +1,41 @@
 """The gauge: the bar's diameter by both routes, each judged by the other."""
 
+import math
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from vision.calibration.rig import Rig
-from vision.readings import SizeReading
+from vision.readings import Reason, SizeReading
 from vision.sizing.tangent import TangentGauge
+from vision.sizing.virtual_board import VirtualBoardGauge
+from vision.sizing.virtual_board_reading import VirtualBoardReading
 
 Image = NDArray[np.uint8]
 
 
 class Gauge:
-    """Measures one bar with a calibrated rig.
+    """Measures one bar with a calibrated rig by tangent planes, with virtual boards beside it.
 
     Parameters
     ----------
     rig : Rig
+    ovality_mm : float
+        Greatest minus least width of a section that the product may have.
 
     Raises
     ------
     ValueError
-        The rig has no world frame, or a camera does not see the measuring region.
+        The rig has no world frame or no boards, or a camera does not see the measuring region.
     """
 
-    def __init__(self, rig: Rig) -> None:
-        self._tangent = TangentGauge(rig)
+    def __init__(self, rig: Rig, ovality_mm: float = 0.0) -> None:
+        self._tangent = TangentGauge(rig, ovality_mm)
+        self._virtual_board = VirtualBoardGauge(rig)
 
     def measure(self, left: Image, right: Image) -> SizeReading:
-        """Diameter of the bar in one pair of pictures, by route T.
+        """Diameter of the bar in one pair of pictures: route T's, judged by route V's.
 
         Parameters
         ----------
@@ -37,11 +45,33 @@ class Gauge:
         Returns
         -------
         SizeReading
-            See `TangentGauge.measure` for the reasons.
+            Reasons as in `TangentGauge.measure`; also `routes_disagree`.
 
         Raises
         ------
         ValueError
             A picture is not 8 bit, not grey or three-channel, or not of the size that the rig was calibrated for.
         """
-        return self._tangent.measure(left, right)
+        outlines = self._tangent.find(left, right)
+        if isinstance(outlines, Reason):
+            return SizeReading(reasons=outlines)
+        tangent = self._tangent.measure_bar(left, right, outlines)
+        return judged(tangent, self._virtual_board.measure_bar(left, right, outlines))
+
+
+def judged(tangent: SizeReading, virtual_board: VirtualBoardReading) -> SizeReading:
+    """Route T's reading with what route V says of it.
+
+    |D_T - D_V| > sqrt(U_T^2 + U_V^2) raises `routes_disagree`, which halves the trust at least. A route that has no
+    value judges nothing.
+    """
+    allowed_mm = math.hypot(tangent.expanded_uncertainty_mm, virtual_board.expanded_uncertainty_mm)
+    apart = abs(tangent.diameter_mm - virtual_board.diameter_mm) > allowed_mm  # false without one of the values
+    return replace(
+        tangent,
+        diameter_virtual_board_mm=virtual_board.diameter_mm,
+        weighted_deviation_mm=virtual_board.weighted_deviation_mm,
+        alignment_quality=virtual_board.alignment_quality,
+        plane_height_mm=virtual_board.plane_height_mm,
+        reasons=tangent.reasons | (Reason.ROUTES_DISAGREE if apart else Reason.NONE),
+    )

@@ -13,6 +13,8 @@ from vision.sizing.limb import LimbPoints
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+PATCHY = 0.3  # share of a limb's profiles that cross patches: from here residuals inwards are twice as doubtful
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class EdgePoints:
@@ -28,36 +30,46 @@ class EdgePoints:
         -1 on the limb at smaller x, +1 on the other.
     limb : ndarray of int64, shape (n,)
         Number of the limb, from 0.
+    station_mm : ndarray of float64, shape (n,)
+        y of the bar's point that is seen.
     window : ndarray of int64, shape (n,)
         Number of the strip along the bar, from 0.
+    inwards : ndarray of float64, shape (n,)
+        How many times as doubtful a residual is when it points inwards.
     """
 
     point_px: Array
     view: Index
     side: Array
     limb: Index
+    station_mm: Array
     window: Index
+    inwards: Array
 
     @classmethod
-    def of_limbs(cls, limbs: list[LimbPoints], first_y_mm: float, window_mm: float) -> Self:
+    def of_limbs(cls, limbs: list[LimbPoints], stations_mm: list[Array], first_y_mm: float, window_mm: float) -> Self:
         """Put the points of several limbs together.
 
         Parameters
         ----------
         limbs : list of LimbPoints
+        stations_mm : list of ndarray of float64
+            y of the bar's points that the limbs' points show.
         first_y_mm : float
             Where window 0 begins.
         window_mm : float
             Length of a window along the line.
         """
-        count = [len(limb.y_mm) for limb in limbs]
-        y_mm = np.concatenate([limb.y_mm for limb in limbs])
+        count = [len(limb.place_mm) for limb in limbs]
+        y_mm = np.concatenate(stations_mm)
         return cls(
             point_px=np.concatenate([limb.point_px for limb in limbs]),
             view=np.repeat([limb.view for limb in limbs], count),
             side=np.repeat([float(limb.side) for limb in limbs], count),
             limb=np.repeat(np.arange(len(limbs)), count),
-            window=np.floor((y_mm - first_y_mm) / window_mm).astype(np.int64),
+            station_mm=y_mm,
+            window=np.maximum(np.floor((y_mm - first_y_mm) / window_mm), 0).astype(np.int64),
+            inwards=np.repeat([1 + min(1.0, limb.uneven_share / PATCHY) for limb in limbs], count),
         )
 
     def only(self, index: Index) -> "EdgePoints":
@@ -67,7 +79,9 @@ class EdgePoints:
             self.view[index],
             self.side[index],
             self.limb[index],
+            self.station_mm[index],
             self.window[index],
+            self.inwards[index],
         )
 
     def rays(self, rig: Rig) -> EdgeRays:
@@ -80,7 +94,7 @@ class EdgePoints:
             origin[mine] = camera.centre_mm
             direction[mine] = camera.rays(self.point_px[mine])
             focal[mine] = camera.K[0, 0]
-        return EdgeRays(origin, direction, self.side, focal, self.limb, self.window)
+        return EdgeRays(origin, direction, self.side, focal, self.limb, self.window, self.inwards)
 
     def window_medians(self, values: Array, windows: int) -> Array:
         """Median of a value of the points over each window of each limb.

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from vision.calibration.rig import Camera
@@ -25,12 +26,12 @@ REACH_MM = 1500.0  # across the line, either side
 LEAST_SEEN = 0.6  # share of its rows that a column of the grid must have in the picture
 SLOPES = np.linspace(-0.06, 0.06, 25)  # dx/dy of a limb: bars lie along the line to within 3 degrees
 WIDTH_MM = (40.0, 700.0)  # of the bar on the plane: narrower bright stripes are sparks, rails, reflections
-SLOPES_DIFFER = 0.03  # at most, those of the two limbs of one bar
+SLOPES_DIFFER = 0.06  # at most, those of the two limbs of one bar: a short bar leaves them vague
 FLOOR = 0.06  # of full scale, in light: a bar that glows is brighter than that
 CONTRAST = 2.0  # a bar is that many times brighter than the rest
 STEP_CLIPPED = 0.4  # of the bar's light: a larger step is no better evidence of a limb
 LEAST_VOTE = 0.3  # of a full vote, for a line to be a limb
-LEAST_HOT = 0.5  # share of what lies between two limbs of a bar that is hot
+LEAST_HOT = 0.3  # share of what lies between two limbs of a bar that is hot: half a bar, seen obliquely
 APART_MM = 15.0  # two limbs on the same side are further apart
 
 
@@ -117,22 +118,7 @@ class RegionGrid:
 
     def _along_slopes(self, values: Plane) -> Array:
         """Mean of values along lines x = column + slope * y, shape (slopes, columns)."""
-        rows, columns = values.shape
-        middle = -self.y_mm[0] / ROW_STEP_MM
-        means = [
-            cv2.reduce(
-                cv2.warpAffine(
-                    values,
-                    np.array([[1.0, shear, -shear * middle], [0.0, 1.0, 0.0]]),
-                    (columns, rows),
-                    flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
-                ),
-                0,
-                cv2.REDUCE_AVG,
-            )[0]
-            for shear in SLOPES * ROW_STEP_MM / self.column_step_mm
-        ]
-        return np.array(means, dtype=np.float64)
+        return _sheared_means(values, SLOPES * ROW_STEP_MM / self.column_step_mm, -self.y_mm[0] / ROW_STEP_MM)
 
     def _lines(self, step: Plane) -> list[_Line]:
         """Lines that enough rows vote for, each the best within `APART_MM`."""
@@ -174,6 +160,22 @@ class RegionGrid:
 
     def _line(self, line: _Line) -> Array:
         return np.array([SLOPES[line.slope_index], self.x_mm[line.column]])
+
+
+@njit(nogil=True, cache=True)
+def _sheared_means(values, shears, middle):  # noqa: ANN001, ANN202
+    """Mean over the rows of values that lie on lines column + shear * (row - middle); 0 beside the grid."""
+    rows, columns = values.shape
+    means = np.zeros((shears.shape[0], columns))
+    for slope in range(shears.shape[0]):
+        for row in range(rows):
+            shift = shears[slope] * (row - middle)
+            whole = int(np.floor(shift))
+            right = np.float32(shift - whole)
+            for column in range(max(0, -whole), min(columns, columns - 1 - whole)):
+                at = column + whole
+                means[slope, column] += (1 - right) * values[row, at] + right * values[row, at + 1]
+    return means / rows
 
 
 def _project_plane(camera: Camera, x_mm: Array, y_mm: Array) -> Array:

@@ -123,9 +123,7 @@ class EdgeDetector:
         for row in range(first_row, end_row, at_once):
             end = min(row + at_once, end_row)
             work.cells[:kept] = work.cells[len(work.cells) - kept :]
-            outside += channels.make_cell_rows(
-                image, window, row + kept, end + OVERLAP, rings, done, work.cells[kept:]
-            )
+            outside += channels.make_cell_rows(image, window, row + kept, end + OVERLAP, rings, done, work.cells[kept:])
             place_rows = (row - first_row, end - first_row)
             walk.count_votes(place_rows, place_columns, place_rows[0], first_row + left // 2, tables, work)
             kept = OVERLAP

@@ -1,0 +1,98 @@
+"""The forest beside Sobel, Prewitt, Roberts and Canny on bars turned upright: are limbs found, and what else is?"""
+
+import os
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+import upright
+from appliance.mill.scenes import set_up
+from vision.edges.evaluation import limb_rows
+from vision.edges.operators import EDGE_METHODS, EdgeMap, canny, detect_edges
+from vision.edges.thinning import ridges
+
+TEXT = (
+    "Both pictures of scenes that no forest was trained on, each with its own rig, and of the recording line_a, whose "
+    "truth is used for turning and judging only: the red channel around the measuring region, bar upright, edges "
+    "suppressed along their own normals. Counted at each of THRESHOLDS: limb rows with an edge within 1 px of the "
+    "limb, and rows with an edge inside the bar further than 3 px from both limbs. A method's one threshold for all "
+    "scenes is the highest at which 99 % of all limb rows are found. Canny's threshold is the higher one of its pair, "
+    "the lower one 0.4 of it. Glare, posts and ends are left out: there parts of the limb cannot be seen."
+)
+CONDITIONS = ("clean", "scale", "rollers", "haze", "overexposed")
+SEEDS = 12
+RECORDED = tuple(f"s{n}_{kind}" for n, kind in enumerate(("clean", "scale") * 4, start=1))
+RECORDINGS = Path(os.environ.get("HOTGAUGE_RECORDINGS", Path(__file__).parents[3] / "shared" / "recordings"))
+THRESHOLDS = np.geomspace(0.004, 0.99, 48)
+WANTED_FOUND = 0.99
+
+
+def cases():
+    rendered = [(name, seed, side) for seed in range(SEEDS) for name in CONDITIONS for side in ("left", "right")]
+    recorded = [(name, frame, side) for name in RECORDED for frame in range(2) for side in ("left", "right")]
+    return [{"scene": scene, "number": number, "side": side} for scene, number, side in rendered + recorded]
+
+
+def run(case):
+    if case["scene"] in RECORDED:
+        bar = upright.recorded(RECORDINGS / "line_a", case["scene"], case["number"], case["side"])
+    else:
+        bar = upright.rendered(*_drawn(case["scene"], case["number"]), case["side"])
+    return {"rows_in_all": len(bar.image)} | {method: _judged(bar, edges(bar.image, method)) for method in EDGE_METHODS}
+
+
+@lru_cache(maxsize=1)
+def _drawn(condition, seed):
+    setup = set_up(condition, seed)
+    return setup, setup.pair()
+
+
+def edges(image, method):
+    """Edges of any strength: Canny's are as strong as the highest threshold that they pass."""
+    if method != "canny":
+        return detect_edges(image, method)
+    steps = [canny(image, 0.4 * high, high) for high in THRESHOLDS]
+    passed = np.max([high * step.strength for high, step in zip(THRESHOLDS, steps, strict=True)], axis=0)
+    return EdgeMap(passed.astype(np.float32), steps[0].normal_rad)
+
+
+def _judged(bar, found_edges):
+    rows = limb_rows(found_edges.strength, ridges(found_edges.strength, found_edges.normal_rad), bar.limbs_px)
+    steps = (THRESHOLDS * (1 - 1e-6))[:, None]
+    left, right = rows.offset_px
+    return {
+        "found": (rows.found.ravel() >= steps).sum(axis=1).tolist(),
+        "false": (rows.false >= steps).sum(axis=1).tolist(),
+        "offset_px": [round(float(np.nanmean(side)), 4) for side in (left, right)],
+        "spread_px": round(float(np.nanstd(rows.offset_px - np.nanmean(rows.offset_px, axis=1, keepdims=True))), 4),
+    }
+
+
+def summary(rows):
+    told = {}
+    for method in EDGE_METHODS:
+        found = np.sum([row[method]["found"] for row in rows], axis=0) / (2 * sum(row["rows_in_all"] for row in rows))
+        enough = np.flatnonzero(found >= WANTED_FOUND)
+        step = int(enough[-1]) if enough.size else 0
+        told[method] = {"threshold": round(float(THRESHOLDS[step]), 4), "limbs_found": round(float(found[step]), 4)}
+        for group in dict.fromkeys(_group(row) for row in rows):
+            told[method][group] = _of_group([row for row in rows if _group(row) == group], method, step)
+    return told
+
+
+def _group(row):
+    return f"line_a {row['scene'].split('_')[1]}" if row["scene"] in RECORDED else row["scene"]
+
+
+def _of_group(rows, method, step):
+    all_rows = sum(row["rows_in_all"] for row in rows)
+    of_method = [row[method] for row in rows]
+    offsets = np.array([one["offset_px"] for one in of_method])
+    return {
+        "limbs_found": round(sum(one["found"][step] for one in of_method) / (2 * all_rows), 4),
+        "rows_with_a_false_edge": round(sum(one["false"][step] for one in of_method) / all_rows, 4),
+        "bias_px": [round(float(side), 3) for side in offsets.mean(axis=0)],
+        "width_bias_px": round(float(np.diff(offsets).mean()), 3),
+        "spread_px": round(float(np.mean([one["spread_px"] for one in of_method])), 3),
+    }

@@ -1,0 +1,77 @@
+"""A bar's picture turned upright, with the true place of its limbs in every row: for judging edges."""
+
+import json
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from appliance.mill.rig import TrueCamera
+
+MARGIN_PX = 60
+COARSE_PX = 8
+RED = 2  # of blue, green, red: the brightest of a hot bar
+
+
+class Axis(NamedTuple):
+    """A straight round bar's."""
+
+    point_mm: np.ndarray
+    direction: np.ndarray
+    radius_mm: float
+
+
+@dataclass(frozen=True)
+class Upright:
+    """`image`: float32 grey, (rows, columns); `limbs_px`: columns of the left and right limb, (2, rows)."""
+
+    image: np.ndarray
+    limbs_px: np.ndarray
+
+
+def upright(picture, camera: TrueCamera, axis: Axis, region_y_mm) -> Upright:
+    """The red channel around the measuring region, one pixel to a pixel."""
+    nearer, further = camera.project(axis.point_mm + np.outer(region_y_mm, axis.direction))
+    along = (nearer - further) / np.linalg.norm(nearer - further)
+    across = np.array([-along[1], along[0]]) * -1
+    distance_mm = np.linalg.norm(camera.centre_mm - axis.point_mm)
+    half_width = int(1.1 * axis.radius_mm * camera.K[0, 0] / distance_mm) + MARGIN_PX
+    half_height = int(np.linalg.norm(nearer - further) / 2)
+    x, y = np.meshgrid(np.arange(-half_width, half_width + 1.0), np.arange(-half_height, half_height + 1.0))
+    places = (nearer + further) / 2 + x[..., None] * across + y[..., None] * along
+    places = np.clip(places, 0, np.array(camera.image_size) - 1)
+    image = cv2.remap(picture[..., RED], *np.moveaxis(places.astype(np.float32), -1, 0), cv2.INTER_LINEAR)
+    coarse = places[:, ::COARSE_PX]
+    passing = _passing_mm(camera, coarse, axis)
+    columns = np.arange(places.shape[1])[::COARSE_PX].astype(float)
+    if passing[0, 0] > passing[0, -1]:
+        passing = -passing
+    limbs = [[np.interp(side * axis.radius_mm, row, columns) for row in passing] for side in (-1, 1)]
+    return Upright(image.astype(np.float32) / 255, np.array(limbs))
+
+
+def _passing_mm(camera, places, axis):
+    """Signed distance at which the light of pixels passes the axis."""
+    normal = np.cross(camera.rays(places), axis.direction)
+    return normal @ (axis.point_mm - camera.centre_mm) / np.linalg.norm(normal, axis=-1)
+
+
+def recorded(folder, scene, frame, side):
+    """An upright bar of a recording with the renderer's own truth."""
+    rig = json.loads((folder / "truth_rig.json").read_text())
+    truth = json.loads((folder / "scenes" / scene / "truth.json").read_text())
+    of_camera = {key: np.array(value) for key, value in rig["cameras"][side].items()}
+    camera = TrueCamera(**of_camera, image_size=tuple(rig["image_size"]))
+    bar = truth["frames"][frame]
+    axis = Axis(np.array(bar["axis_point_mm"]), np.array(bar["axis_direction"]), truth["diameter_mm"] / 2)
+    picture = cv2.imread(str(folder / "scenes" / scene / side / f"{bar['frame']}.jpg"), cv2.IMREAD_COLOR)
+    return upright(picture, camera, axis, rig["measure_y_mm"])
+
+
+def rendered(setup, pair, side):
+    """An upright bar of the mill."""
+    camera, picture = (setup.rig.left, pair[0]) if side == "left" else (setup.rig.right, pair[1])
+    bar = setup.bars[0]
+    axis = Axis(bar.axis_point_mm, bar.axis_direction, bar.diameter_mm / 2)
+    return upright(picture, camera, axis, setup.rig.region_y_mm)

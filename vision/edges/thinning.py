@@ -1,0 +1,87 @@
+"""From bands of edge strength to lines: which way an edge faces, and the ridge of its strength."""
+
+import cv2
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+NORMAL_RADIUS_PX = 4  # of the triangle that strengths are smoothed with before they tell a direction
+RIDGE_RADIUS_PX = 2
+TOLERANCE = np.float32(1.01)  # a ridge may be this much weaker than its neighbour: on plateaus both stay
+
+Floats = NDArray[np.float32]
+
+
+def ridge_normals(strength: Floats) -> Floats:
+    """Direction across the ridges of edge strength.
+
+    Parameters
+    ----------
+    strength : ndarray of float32, shape (rows, columns)
+
+    Returns
+    -------
+    ndarray of float32, shape (rows, columns)
+        Angle from x towards y, [0, pi), of the direction in which the smoothed strength bends most; 0 where it is flat.
+    """
+    triangle = np.bartlett(2 * NORMAL_RADIUS_PX + 3)[1:-1]
+    triangle /= triangle.sum()
+    smooth = cv2.sepFilter2D(strength, cv2.CV_32F, triangle, triangle, borderType=cv2.BORDER_REFLECT)
+    xx, yy, xy = (
+        cv2.Sobel(smooth, cv2.CV_32F, dx, dy, ksize=3, borderType=cv2.BORDER_REPLICATE)
+        for dx, dy in ((2, 0), (0, 2), (1, 1))
+    )
+    xx, yy, xy = np.asarray(xx), np.asarray(yy), np.asarray(xy)  # Sobel's three masks have the same gain
+    bend = np.where(xx + yy > 0, 1, -1)  # hollow beside a ridge, bulging on it
+    angle = 0.5 * np.arctan2(2 * bend * xy, bend * (xx - yy))
+    folded = np.mod(angle, np.pi).astype(np.float32)
+    return np.where(folded >= np.float32(np.pi), np.float32(0), folded)
+
+
+def ridges(strength: Floats, normal_rad: Floats, radius_px: int = RIDGE_RADIUS_PX) -> Floats:
+    """Edge strength where none is greater across the edge (non-maximum suppression), 0 elsewhere.
+
+    Parameters
+    ----------
+    strength : ndarray of float32, shape (rows, columns)
+    normal_rad : ndarray of float32, shape (rows, columns)
+        Direction across the edge, from x towards y.
+    radius_px : int
+        Up to how many pixels away.
+
+    Returns
+    -------
+    ndarray of float32, shape (rows, columns)
+    """
+    return _ridges(strength, normal_rad, radius_px)
+
+
+@njit(nogil=True, cache=True)
+def _ridges(strength: Floats, normal_rad: Floats, radius_px: int) -> Floats:  # pragma: no cover  compiled
+    rows, columns = strength.shape
+    kept = np.zeros_like(strength)
+    for row in range(rows):
+        for column in range(columns):
+            here = strength[row, column]
+            if here <= 0:
+                continue
+            across, down = np.cos(normal_rad[row, column]), np.sin(normal_rad[row, column])
+            highest = np.float32(0)
+            for step in range(1, radius_px + 1):
+                for side in (-step, step):
+                    highest = max(highest, _between(strength, row + side * down, column + side * across))
+            if here * TOLERANCE >= highest:
+                kept[row, column] = here
+    return kept
+
+
+@njit(nogil=True, cache=True)
+def _between(strength: Floats, row: float, column: float) -> float:  # pragma: no cover  compiled
+    """Bilinear between pixels; the border's values reach outwards."""
+    rows, columns = strength.shape
+    row, column = min(max(row, 0.0), rows - 1.001), min(max(column, 0.0), columns - 1.001)
+    top, left = int(row), int(column)
+    down, right = np.float32(row - top), np.float32(column - left)
+    upper = strength[top, left] + right * (strength[top, left + 1] - strength[top, left])
+    lower = strength[top + 1, left] + right * (strength[top + 1, left + 1] - strength[top + 1, left])
+    return upper + down * (lower - upper)
