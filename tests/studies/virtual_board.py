@@ -17,7 +17,6 @@ from appliance.mill.boards import board_document, observe
 from appliance.mill.rig import REGION_MM, TrueCamera, TrueRig, look_at
 from appliance.mill.scene import Scene
 from appliance.mill.scenes import set_up
-from studies.tangent_route import MEASURABLE, NOTHING
 from vision.alignment import Alignment, search_by_offset
 from vision.calibration.board import Board
 from vision.calibration.stereo import calibrate
@@ -29,6 +28,8 @@ TEXT = (
     "800 x 600, edges by the shipped forest, no fusion. Seeds are the cases' own."
 )
 EDGES = "forest"
+MEASURABLE = ("clean", "scale", "rollers", "post", "haze", "glare", "overexposed", "bar-end")
+NOTHING = ("no-bar", "one-blind", "two-bars")
 SEEDS, UNEQUAL_SEEDS, STEP_SEEDS, FINDING_SEEDS, SEQUENCE_SEEDS = 300, 60, 40, 30, 15
 STEPS = {
     "as printed": AS_PRINTED,
