@@ -21,7 +21,7 @@ from appliance.rigs import load_rig
 from vision.edges.operators import EdgeMethod
 from vision.readings import SizeReading
 from vision.sizing.gauge import Gauge
-from vision.sizing.virtual_board import VirtualBoardGauge
+from vision.sizing.virtual_board import Fusion, VirtualBoardGauge
 from vision.sizing.virtual_board_reading import VirtualBoardReading
 
 READING_FIELDS = (
@@ -45,6 +45,7 @@ def measure_recording(
     *,
     method: Method = "tangent",
     edges: EdgeMethod = "forest",
+    fusion: Fusion = "none",
     plots: Path | None = None,
 ) -> None:
     """Measure every frame of a recording; the output appears whole or not at all.
@@ -61,6 +62,8 @@ def measure_recording(
         Route that gives the diameter; the first is judged by the second, the second stands alone.
     edges : str
         Edge detector of route V alone, one of `EDGE_METHODS`.
+    fusion : str
+        How route V alone makes one picture out of both views, one of `FUSIONS`.
     plots : Path, optional
         Folder for plots of route V alone.
 
@@ -78,7 +81,9 @@ def measure_recording(
     drawing = Plots(plots) if plots is not None else None
     writer = _csv_writer if output.suffix.lower() == ".csv" else _json_lines_writer
     gauge: TimedGauge[SizeReading | VirtualBoardReading] = TimedGauge(
-        load_rig(rig), str(rig), Gauge if method == "tangent" else partial(VirtualBoardGauge, edges=edges)
+        load_rig(rig),
+        str(rig),
+        Gauge if method == "tangent" else partial(VirtualBoardGauge, edges=edges, fusion=fusion),
     )
     with contextlib.closing(Recording(recording)) as frames, _whole_file(output) as file:
         write = writer(file)
