@@ -10,7 +10,7 @@ import signal
 import sys
 from collections.abc import Callable, Generator, Sequence
 from pathlib import Path
-from typing import NoReturn
+from typing import NoReturn, TypeVar
 
 from appliance import service
 from appliance import settings as settings_file
@@ -25,6 +25,8 @@ EXIT_CHECKS_FAILED = 1
 EXIT_TROUBLE = 2
 EXIT_INTERRUPTED = 130
 INGOTS = "ingots"  # and with a dash the scenes of ingots under a condition
+
+_Name = TypeVar("_Name", bound=str)
 
 PATCHES = 40_000  # of each tree of the edge forest
 
@@ -190,20 +192,54 @@ def _add_measure(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--output", type=Path, required=True, metavar="FILE", help="readings; CSV if it ends in .csv, else JSON lines"
     )
-    command.add_argument("--method", choices=("tangent",), default="tangent", help="route to the diameter")
+    command.add_argument(
+        "--method",
+        choices=("tangent", "virtual-board"),
+        default="tangent",
+        help="route to the diameter, tangent unless given; virtual-board is the dissertation's, on its own",
+    )
+    command.add_argument("--edges", metavar="NAME", help="edge detector of virtual-board, forest unless given")
+    command.add_argument("--fusion", metavar="NAME", help="views of virtual-board in one picture, none unless given")
+    command.add_argument("--plot", type=Path, metavar="DIR", help="folder for plots of virtual-board")
 
 
 def _measure(given: argparse.Namespace) -> None:
     from appliance.cameras.source import CameraError
     from appliance.measure import measure_recording
+    from appliance.plots import PlotsMissingError
     from appliance.rigs import RigError
+    from vision.edges.operators import EDGE_METHODS
+    from vision.sizing.virtual_board import FUSIONS
 
+    for option in ("edges", "fusion", "plot"):
+        if given.method == "tangent" and getattr(given, option) is not None:
+            raise CommandError(f"--{option}: only virtual boards have it; add --method virtual-board")
+    edges = _one_of(EDGE_METHODS, given.edges or "forest", "--edges")
+    fusion = _one_of(FUSIONS, given.fusion or "none", "--fusion")
     try:
-        measure_recording(given.recording, given.rig, given.output)
-    except (CameraError, RigError) as error:
+        measure_recording(
+            given.recording,
+            given.rig,
+            given.output,
+            method=given.method,
+            edges=edges,
+            fusion=fusion,
+            plots=given.plot,
+        )
+    except (CameraError, RigError, PlotsMissingError) as error:
         raise CommandError(str(error)) from error
     except OSError as error:
-        raise CommandError(f"{given.output}: {error.strerror}; give a file in a writable folder") from error
+        path = error.filename or given.output
+        raise CommandError(f"{path}: {error.strerror}; give a place in a writable folder") from error
+
+
+def _one_of(known: Sequence[_Name], name: str, option: str) -> _Name:
+    for one in known:
+        if name == one:
+            return one
+    near = difflib.get_close_matches(name, known, n=1)
+    advice = f"did you mean {near[0]}?" if near else "there are " + ", ".join(known)
+    raise CommandError(f"{option}: there is no {name}; {advice}")
 
 
 def _add_orient(command: argparse.ArgumentParser) -> None:
@@ -298,11 +334,13 @@ def _add_fuse(command: argparse.ArgumentParser) -> None:
 
 def _fuse(given: argparse.Namespace) -> None:
     from appliance.cameras.source import CameraError
-    from appliance.fuse import FusionError, checked_method, fuse_files, metric_lines, write_picture
+    from appliance.fuse import FusionError, checked_scales, fuse_files, metric_lines, write_picture
     from appliance.rigs import RigError
+    from vision.fusion.methods import METHODS
 
+    method = _one_of(METHODS, given.method, "--method")
     try:
-        method, scales = checked_method(given.method, given.levels, given.rule, given.approximation)
+        scales = checked_scales(method, given.levels, given.rule, given.approximation)
         pair = fuse_files(given.left, given.right, given.rig, method, scales=scales, height_mm=given.height)
         write_picture(given.output, pair.picture)
     except (CameraError, RigError, FusionError) as error:

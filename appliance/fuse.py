@@ -13,7 +13,7 @@ from appliance.rigs import RigError, load_rig
 from vision.alignment import Alignment
 from vision.calibration.rig import Rig
 from vision.calibration.virtual_board import VirtualBoards
-from vision.fusion.methods import METHODS, MULTISCALE, Method, fuse
+from vision.fusion.methods import MULTISCALE, Method, fuse
 from vision.fusion.metrics import METRICS
 from vision.fusion.multiscale import DEFAULT_SCALES, Approximation, Scales
 from vision.fusion.rules import Rule
@@ -48,28 +48,25 @@ class FusedPair:
     height_mm: float
 
 
-def checked_method(
-    name: str, levels: int | None, rule: Rule | None, approximation: Approximation | None
-) -> tuple[Method, Scales]:
-    """Method and scales as the command line names them, None for what it does not.
+def checked_scales(
+    method: Method, levels: int | None, rule: Rule | None, approximation: Approximation | None
+) -> Scales:
+    """Scales as the command line names them, None for what it does not.
 
     Raises
     ------
     FusionError
-        There is no such method, or it has no scales, or they make no sense.
+        The method has no scales, or they make no sense.
     """
-    method: Method | None = next((known for known in METHODS if known == name), None)
-    if method is None:
-        raise FusionError(f"--method: there is no {name}; there are {', '.join(METHODS)}")
     if (levels, rule, approximation) != (None, None, None) and method not in MULTISCALE:
         raise FusionError(f"--method: {method} has neither levels nor rules; {', '.join(MULTISCALE)} have")
+    usual = DEFAULT_SCALES
     try:
-        default = DEFAULT_SCALES
-        return method, Scales(
-            default.levels if levels is None else levels, rule or default.rule, approximation or default.approximation
+        return Scales(
+            usual.levels if levels is None else levels, rule or usual.rule, approximation or usual.approximation
         )
     except ValueError as error:
-        raise FusionError(f"--{error}") from error
+        raise FusionError(f"--{error}; levels count from 1") from error
 
 
 def fuse_files(

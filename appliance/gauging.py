@@ -2,6 +2,8 @@
 
 import json
 import time
+from collections.abc import Callable
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +14,20 @@ from appliance.rigs import RigError
 from vision.calibration.board import Board
 from vision.calibration.rig import Rig
 from vision.calibration.stereo import calibrate
-from vision.readings import SizeReading
-from vision.sizing.gauge import Gauge
 
 Picture = NDArray[np.uint8]
+Reading = TypeVar("Reading", covariant=True)
 
 
-class TimedGauge:
+class Measures(Protocol[Reading]):
+    """What measures a pair of pictures."""
+
+    def measure(self, left: Picture, right: Picture) -> Reading:
+        """Reading of one pair."""
+        ...
+
+
+class TimedGauge(Generic[Reading]):
     """A gauge that takes its own time and refuses pictures that its rig is not for.
 
     Parameters
@@ -26,6 +35,8 @@ class TimedGauge:
     rig : Rig
     name : str
         Where the rig comes from, for the sentence that refuses.
+    make : callable
+        Makes the gauge from the rig.
 
     Raises
     ------
@@ -33,15 +44,15 @@ class TimedGauge:
         No diameter can be measured with this rig.
     """
 
-    def __init__(self, rig: Rig, name: str) -> None:
+    def __init__(self, rig: Rig, name: str, make: Callable[[Rig], Measures[Reading]]) -> None:
         self._rig = rig
         self._name = name
         try:
-            self._gauge = Gauge(rig)
+            self._gauge = make(rig)
         except ValueError as error:
             raise RigError(f"{name}: {error}; calibrate again") from error
 
-    def measure(self, left: Picture, right: Picture) -> tuple[SizeReading, float]:
+    def measure(self, left: Picture, right: Picture) -> tuple[Reading, float]:
         """Reading of one pair, and the milliseconds that it took.
 
         Parameters

@@ -181,7 +181,7 @@ def whole_picture(camera: Camera, image: Picture) -> Region:
     camera : Camera
     image : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
     """
-    to_ideal = np.linalg.inv(camera.K)
+    to_ideal = np.asarray(np.linalg.inv(camera.K), dtype=np.float64)
     maps = fixed_point_map(camera, to_ideal, image.shape[:2], _farthest(camera))
     return Region(_remapped(image, maps), to_ideal, np.full((2, 3), np.nan), image, camera)
 

@@ -20,6 +20,7 @@ from appliance.settings import SizingSettings
 from appliance.stations.link import ReadingMessage, StateMessage, StationLink
 from appliance.stations.process import fault, oak, serve, tell_lost
 from vision.readings import SizeReading
+from vision.sizing.gauge import Gauge
 
 PAIR_TIMEOUT_S = 0.2
 PAUSE_S = 1.0
@@ -100,12 +101,12 @@ def source_of(settings: SizingSettings) -> PairSource:
             return MillSource(camera.seed, camera.rate_hz, camera.prepared_frames)
 
 
-def _gauge(settings: SizingSettings, source: PairSource, link: StationLink) -> TimedGauge:
+def _gauge(settings: SizingSettings, source: PairSource, link: StationLink) -> TimedGauge[SizeReading]:
     if settings.rig is not None:
-        return TimedGauge(load_rig(settings.rig), str(settings.rig))
+        return TimedGauge(load_rig(settings.rig), str(settings.rig), Gauge)
     if isinstance(source, MillSource):
         link.send(StateMessage(state="starting"))
-        return TimedGauge(mill_rig(source), "rig of the simulated mill")
+        return TimedGauge(mill_rig(source), "rig of the simulated mill", Gauge)
     raise RigError("sizing.rig is not set; make a rig file with `hotgauge calibrate` and set it")
 
 

@@ -96,12 +96,13 @@ class Watched(VirtualBoardGauge):
 
     def _diameters(self, pair, width_mm):
         """One view alone is narrower or wider than the mean of both, by what the model says of its place."""
-        if self.method in {"left", "right"}:
+        if self.method in {"left", "right"} and np.isfinite(width_mm).any():
             cameras_mm, middle_mm = pair.section_frame()
             alone_mm, beyond_mm = float(np.nanmedian(width_mm)), 0.0
             for _ in range(3):
                 section = solve_section(cameras_mm, pair.height.height_mm, alone_mm - beyond_mm, middle_mm)
-                beyond_mm = section.width_mm[int(self.method == "right")] - section.width_mm.mean()
+                if section is not None:
+                    beyond_mm = section.width_mm[int(self.method == "right")] - section.width_mm.mean()
             width_mm = width_mm - beyond_mm
         return super()._diameters(pair, width_mm)
 

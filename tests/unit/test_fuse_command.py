@@ -1,6 +1,8 @@
 """`hotgauge fuse`: a picture and its metrics, or one sentence and exit code 2."""
 
+import json
 import re
+import shutil
 from pathlib import Path
 
 import cv2
@@ -53,7 +55,7 @@ def test_a_picture_is_written_and_its_metrics_are_printed(folder, capsys, words)
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        (("right.png", ("--method", "db3"), "x.png"), "--method: there is no db3; there are fft, db2, "),
+        (("right.png", ("--method", "db3"), "x.png"), "--method: there is no db3; did you mean db"),
         (("right.png", ("--levels", "2"), "x.png"), "--method: fft has neither levels nor rules; db2, "),
         (("right.png", ("--method", "db2", "--levels", "0"), "x.png"), "--levels: 0 is less than 1"),
         (("right.png", (), "x.gif"), "x.gif: is neither PNG nor JPEG; let its name end in .png, "),
@@ -73,3 +75,39 @@ def test_trouble_is_one_sentence(folder, capsys, asked, said):
     assert err.count("\n") == 1
     assert said in err
     assert not (folder / output).exists()
+
+
+def measure(folder, *words):
+    return cli.main(["measure", str(folder / "scene"), "--rig", str(folder / "rig.json"), *words])
+
+
+@pytest.fixture(scope="module")
+def scene(folder):
+    for side in ("left", "right"):
+        (folder / "scene" / side).mkdir(parents=True)
+        shutil.copy(folder / f"{side}.png", folder / "scene" / side / "000000.png")
+    return folder
+
+
+def test_measure_takes_the_fusion_that_it_is_given(scene, tmp_path):
+    def diameter_mm(*words):
+        output = tmp_path / "readings.jsonl"
+        assert measure(scene, "--output", str(output), "--method", "virtual-board", "--edges", "sobel", *words) == 0
+        return json.loads(output.read_text())["diameter_mm"]
+
+    assert diameter_mm() == diameter_mm("--fusion", "none")
+    assert diameter_mm("--fusion", "fft") == pytest.approx(diameter_mm(), abs=1.0)
+    assert len({diameter_mm("--fusion", name) for name in ("none", "fft", "fk4")}) == 3
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--fusion", "fft"), "--fusion: only virtual boards have it; add --method virtual-board"),
+        (("--method", "virtual-board", "--fusion", "haar"), "--fusion: there is no haar; there are none, fft, db2, "),
+    ],
+)
+def test_a_fusion_that_cannot_be_is_one_sentence(scene, capsys, words, said):
+    assert measure(scene, "--output", str(scene / "x.csv"), *words) == 2
+    assert said in capsys.readouterr().err
+    assert not (scene / "x.csv").exists()

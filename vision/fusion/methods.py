@@ -69,7 +69,7 @@ def fuse(
 
 def _fused(left: Planes, right: Planes, method: Method, scales: Scales, executor: Executor | None) -> Planes:
     if method == "fft":
-        return fuse_spectra(left, right)
+        return fuse_spectra(left, right, executor)
     if method == "pyramid":
         return fuse_pyramids(left, right, scales)
     if method == "average":
