@@ -184,9 +184,7 @@ def _measure(given: argparse.Namespace) -> None:
             raise CommandError(f"--{option}: only virtual boards have it; add --method virtual-board")
     edges = _edge_method(given.edges or "forest")
     try:
-        measure_recording(
-            given.recording, given.rig, given.output, method=given.method, edges=edges, plots=given.plot
-        )
+        measure_recording(given.recording, given.rig, given.output, method=given.method, edges=edges, plots=given.plot)
     except (CameraError, RigError, PlotsMissingError) as error:
         raise CommandError(str(error)) from error
     except OSError as error:
