@@ -26,6 +26,8 @@ class TimedGauge:
     rig : Rig
     name : str
         Where the rig comes from, for the sentence that refuses.
+    ovality_mm : float
+        Greatest minus least width that the product may have.
 
     Raises
     ------
@@ -33,11 +35,11 @@ class TimedGauge:
         No diameter can be measured with this rig.
     """
 
-    def __init__(self, rig: Rig, name: str) -> None:
+    def __init__(self, rig: Rig, name: str, ovality_mm: float = 0.0) -> None:
         self._rig = rig
         self._name = name
         try:
-            self._gauge = Gauge(rig)
+            self._gauge = Gauge(rig, ovality_mm)
         except ValueError as error:
             raise RigError(f"{name}: {error}; calibrate again") from error
 

@@ -90,10 +90,10 @@ def _source(settings: SizingSettings) -> PairSource:
 
 def _gauge(settings: SizingSettings, source: PairSource, link: StationLink) -> TimedGauge:
     if settings.rig is not None:
-        return TimedGauge(load_rig(settings.rig), str(settings.rig))
+        return TimedGauge(load_rig(settings.rig), str(settings.rig), settings.ovality_mm)
     if isinstance(source, MillSource):
         link.send(StateMessage(state="starting"))
-        return TimedGauge(mill_rig(source), "rig of the simulated mill")
+        return TimedGauge(mill_rig(source), "rig of the simulated mill", settings.ovality_mm)
     raise RigError("sizing.rig is not set; make a rig file with `hotgauge calibrate` and set it")
 
 
