@@ -31,13 +31,14 @@ class Publication:
 
     Attributes
     ----------
+    stale_after_ms : int
     held : bool
         The PLC holds the gauge: no reading stands.
     """
 
     def __init__(self, stale_after_ms: int) -> None:
         self.held = False
-        self._stale_after_ms = stale_after_ms
+        self.stale_after_ms = stale_after_ms
         self._reading: ReadingMessage | None = None
         self._cycle_time_ms: float | None = None
         self._dropped = 0
@@ -67,7 +68,7 @@ class Publication:
 
     def stale(self, now_s: float) -> bool:
         """Whether there is a reading and it is too old to stand."""
-        return self._reading is not None and _age_ms(self._reading, now_s) > self._stale_after_ms
+        return self._reading is not None and _age_ms(self._reading, now_s) > self.stale_after_ms
 
     def standing(self, now_s: float) -> ReadingMessage | None:
         """The reading that may be served; None when there is none, it is stale or the gauge is held."""
