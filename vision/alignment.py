@@ -255,12 +255,17 @@ class HeightLoop:
         found = _follow(evaluate, offset_per_mm, start_mm)
         if not math.isfinite(found.height_mm):
             best = search_by_offset(evaluate)
-            again = _follow(evaluate, offset_per_mm, best.height_mm)
+            again = _follow(evaluate, lambda height: _slope(evaluate, height), best.height_mm)
             tried = found.evaluations + best.evaluations + again.evaluations
             found = Height(again.height_mm, again.quality, tried)
         if math.isfinite(found.height_mm):
             self.height_mm = found.height_mm
         return found
+
+
+def _slope(evaluate: Evaluate, height_mm: float) -> float:
+    """Change of the offset per mm, from two boards beside each other."""
+    return evaluate(height_mm + 0.5).offset_px - evaluate(height_mm - 0.5).offset_px
 
 
 def _follow(evaluate: Evaluate, offset_per_mm: Callable[[float], float], start_mm: float) -> Height:
