@@ -97,7 +97,7 @@ ALARMS: tuple[AlarmRow, ...] = (
     AlarmRow(
         "alarm_calibration",
         "medium",
-        ("rig_unusable", "references_unusable"),
+        ("rig_unusable", "references_unusable", "calibration_due"),
         0.0,
         1.0,
         "the calibration is missing or due",

@@ -8,7 +8,15 @@ NO_BAR = 1 << 0
 NO_PAIR = 1 << 7
 STALE = 1 << 8
 STARTING = 1 << 9
+EDGES_CLIPPED = 1 << 10
 HELD = 1 << 11
+CAMERA_MOVED = 1 << 14
+BAR_TOO_SHORT = 1 << 15
+SOME_EDGES_CLIPPED = 1 << 16
+LOW_CONTRAST = 1 << 17
+CALIBRATION_DUE = 1 << 25
+BAR_HEAD = 1 << 27
+BAR_TAIL = 1 << 28
 
 AGE_LARGEST_MS = 0xFFFE  # one more is "no value"
 

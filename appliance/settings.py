@@ -57,6 +57,13 @@ class SizingSettings(Section):
         default=None,
         description="Calibration of the two cameras, from `hotgauge calibrate`; the mill can do without",
     )
+    ovality_mm: float = Field(
+        default=0.0,
+        ge=0,
+        le=20,
+        description="Greatest minus least width of a section that the product may have; part of the uncertainty",
+        json_schema_extra=_unit("mm"),
+    )
     stale_after_ms: int = Field(
         default=800,
         ge=100,

@@ -18,7 +18,7 @@ from appliance.ingot_side import INGOT, IngotSide, is_on
 from appliance.judging import Decision, SetPoints
 from appliance.kept import Kept, state_folder
 from appliance.publication import NO_PAIR, STARTING, Publication
-from appliance.recent import PerBar, ReadingRing
+from appliance.recent import Lasting, PerBar, ReadingRing
 from appliance.selfcheck import SelfCheck
 from appliance.settings import Settings, SettingsError
 from appliance.stations.keeper import Health, Keeper
@@ -29,6 +29,7 @@ from plc.server import ModbusServer
 
 SWAP_PERIOD_S = 0.05  # half of the longest allowed, so that a late wake-up stays within it
 HEARTBEAT_PERIOD_S = 0.1
+LASTING_S = 10.0  # of a reason, before it is the gauge's fault and not the bar's
 SIZING_STATION = "appliance.stations.sizing"
 SIZING = "sizing"
 PROOF_PERIOD_S = 0.5
@@ -61,6 +62,7 @@ class Supervisor:
         self._advisor = Advisor(settings.judging, settings.correction)
         self._ring = ReadingRing()
         self._bars = PerBar(settings.judging.bar_gap_ms / 1000)
+        self._lasting = Lasting(LASTING_S)
         self._faults = Faults()
         self._alarms = Alarms()
         self._kept = Kept(state_folder(settings.plc), self._report_disk)
@@ -215,6 +217,8 @@ class Supervisor:
         standing = self._publication.standing(now_s)
         if standing is not None:
             self._bars.take(standing)
+            for fault, active in self._lasting.take(standing).items():
+                self._faults.report(fault, active=active, station=SIZING)
         self._ring.add(self._measurements(now_s))
 
     def _hear_fault(self, message: StateMessage) -> None:

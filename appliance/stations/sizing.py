@@ -6,6 +6,7 @@ The supervisor runs it as `python -m appliance.stations.sizing DESCRIPTOR`; see 
 import math
 import threading
 import time
+from functools import partial
 
 from appliance.camera_settings import MillCamera, OakCamera, RecordingCamera, StreamCamera
 from appliance.cameras.liveness import Exposure, Liveness
@@ -102,11 +103,12 @@ def source_of(settings: SizingSettings) -> PairSource:
 
 
 def _gauge(settings: SizingSettings, source: PairSource, link: StationLink) -> TimedGauge[SizeReading]:
+    gauge = partial(Gauge, ovality_mm=settings.ovality_mm)
     if settings.rig is not None:
-        return TimedGauge(load_rig(settings.rig), str(settings.rig), Gauge)
+        return TimedGauge(load_rig(settings.rig), str(settings.rig), gauge)
     if isinstance(source, MillSource):
         link.send(StateMessage(state="starting"))
-        return TimedGauge(mill_rig(source), "rig of the simulated mill", Gauge)
+        return TimedGauge(mill_rig(source), "rig of the simulated mill", gauge)
     raise RigError("sizing.rig is not set; make a rig file with `hotgauge calibrate` and set it")
 
 
