@@ -212,7 +212,7 @@ FAULTS: tuple[FaultRow, ...] = (
         logging.WARNING,
         "bars have stood out weakly from their background for a while",
         "clean the windows of both cameras and look for steam and light in front of them",
-        bit=26,
+        bit=28,
     ),
     FaultRow(
         304,
@@ -221,7 +221,7 @@ FAULTS: tuple[FaultRow, ...] = (
         logging.WARNING,
         "edges of the bars have been overexposed for a while",
         "shorten the exposure of both cameras",
-        bit=27,
+        bit=29,
     ),
     FaultRow(
         305,
@@ -230,7 +230,7 @@ FAULTS: tuple[FaultRow, ...] = (
         logging.WARNING,
         "a camera has moved since its calibration",
         "fix the cameras and run hotgauge calibrate",
-        bit=28,
+        bit=30,
     ),
     FaultRow(
         401,

@@ -62,7 +62,7 @@ class SizingSettings(Section):
         ge=0,
         le=20,
         description="Greatest minus least width of a section that the product may have; part of the uncertainty",
-        json_schema_extra=_unit("mm"),
+        json_schema_extra=unit("mm"),
     )
     stale_after_ms: int = Field(
         default=800,

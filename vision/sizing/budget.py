@@ -1,5 +1,6 @@
 """The uncertainty of a diameter by route T, part by part (GUM, JCGM 100:2008, 5.1.2)."""
 
+import math
 from dataclasses import astuple, dataclass
 
 import numpy as np
@@ -44,9 +45,9 @@ class Budget:
 def uncertainty_budget(
     fit: CylinderFit,
     points: EdgePoints,
-    windows: int,
     rig: Rig,
     limbs: list[LimbPoints],
+    *,
     ovality_mm: float,
     moved_px: tuple[float, float],
 ) -> Budget:
@@ -57,8 +58,6 @@ def uncertainty_budget(
     fit : CylinderFit
     points : EdgePoints
         What was fitted.
-    windows : int
-        Number of windows along the bar.
     rig : Rig
     limbs : list of LimbPoints
         In the order of `points.limb`.
@@ -72,7 +71,7 @@ def uncertainty_budget(
     Budget
         `edge`: scatter of the points, correlation within windows counted. `calibration`: the rig's covariance,
         propagated through the fit. `board`: the board's scale. `light`: the camera's response and overexposed
-        points. `shape`: 0, the bar is taken as round. `model`: limbs that lie off as a whole.
+        points. `shape`: a section that is not round. `model`: limbs that lie off as a whole.
     """
     reach_mm = np.array([_reach_mm(fit, points, limb) for limb in range(len(limbs))])
     shift_px = np.array([_response_shift_px(one) for one in limbs])
@@ -84,7 +83,7 @@ def uncertainty_budget(
         board_mm=fit.diameter_mm * rig.square_relative_u,
         # response and overexposure move all limbs the same way, a limb's own fault only that limb
         light_mm=float(np.hypot(reach_mm @ shift_px, reach_mm @ clipped_px)),
-        shape_mm=ovality_mm / (2 * np.sqrt(3)),
+        shape_mm=ovality_mm / (2 * math.sqrt(3)),
         model_mm=float(np.linalg.norm(reach_mm * off_px)),
     )
 
