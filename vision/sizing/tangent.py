@@ -6,7 +6,7 @@ There is no silhouette bias, no plane to guess, and the scatter of the points gi
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -159,8 +159,8 @@ class TangentGauge:
         shown = _shown(limbs)
         reasons = _reasons_of_limbs(limbs, shown)
         if reasons.forbids_value:
-            return SizeReading(reasons=reasons)
-        return self._read([limbs[index] for index in shown], cylinder, reasons, moved_px)
+            return _with_light(SizeReading(reasons=reasons), limbs)
+        return _with_light(self._read([limbs[index] for index in shown], cylinder, reasons, moved_px), limbs)
 
     def _checked(self, left: Image, right: Image) -> tuple[Image, Image]:
         first, second = self._views
@@ -236,6 +236,16 @@ def _checked(name: str, image: Image, camera: Camera) -> Image:
             f"the rig was calibrated for {camera.image_size[0]} x {camera.image_size[1]}"
         )
     return np.ascontiguousarray(image if image.ndim == 3 else image[:, :, None])
+
+
+def _with_light(reading: SizeReading, limbs: list[LimbPoints]) -> SizeReading:
+    """Add how the limbs are exposed, whether or not they can be measured."""
+    bright = [float(np.median(limb.bright)) for limb in limbs if len(limb.bright)]
+    return replace(
+        reading,
+        clipped_share=max(limb.clipped_share for limb in limbs),
+        limb_light=min(bright, default=float("nan")),
+    )
 
 
 def _shown(limbs: list[LimbPoints]) -> list[int]:
