@@ -78,7 +78,7 @@ def _read(settings: IngotSettings, ingots: "IngotReporter", link: StationLink, c
             frame = source.next(PICTURE_TIMEOUT_S)
             verdict = liveness.look(frame and Exposure.of_one(frame), time.monotonic())
             if frame is None or not verdict.counts:
-                tell_lost(verdict, link)
+                tell_lost(verdict, link, opens_again=not source.simulated)
                 continue
             reader = reader or make_reader(settings, view or _mill_view(source), frame.picture)
             started_s = time.perf_counter()

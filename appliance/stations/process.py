@@ -63,10 +63,10 @@ def fault(name: str, detail: str) -> StateMessage:
     return StateMessage(state="faulty", fault=name, detail=detail)
 
 
-def tell_lost(verdict: Verdict, link: StationLink) -> None:
-    """Tell what is wrong with pictures that do not count; raise it when it lasts, to open the source again."""
+def tell_lost(verdict: Verdict, link: StationLink, *, opens_again: bool) -> None:
+    """Tell what is wrong with pictures that do not count; cameras are opened again for it after a while."""
     for name, detail in verdict.faults.items():
-        if verdict.lost_s > REOPEN_AFTER_S:
+        if opens_again and verdict.lost_s > REOPEN_AFTER_S:  # a recording would begin anew and never end
             raise CameraError(detail, name)
         link.send(fault(name, detail))
 

@@ -65,7 +65,7 @@ def _measure(settings: SizingSettings, link: StationLink, closed: threading.Even
             pair = source.next(PAIR_TIMEOUT_S)
             verdict = liveness.look(pair and Exposure.of(pair), time.monotonic())
             if pair is None or not verdict.counts:
-                tell_lost(verdict, link)
+                tell_lost(verdict, link, opens_again=not source.simulated)
                 continue
             reading, elapsed_ms = gauge.measure(pair.left, pair.right)
             message = to_message(
