@@ -12,7 +12,7 @@ PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check 
 run: $(VENV)/installed
 	$(BIN)/hotgauge run
 
-test: packages lint types contracts
+test: packages $(VENV)/installed-systemd lint types contracts
 	$(BIN)/python -m pytest --cov
 
 lint: $(VENV)/installed-dev
@@ -39,14 +39,16 @@ figures: $(VENV)/installed-dev
 tables: $(VENV)/installed-dev
 	$(BIN)/python docs/tables
 
-# mbpoll is a Modbus client that nobody here wrote; the tests read the appliance with it
+# mbpoll is a Modbus client that nobody here wrote; the tests read the appliance with it. They also build
+# systemd-python, have systemd check the unit, and boot it in a container
+DEBIAN_PACKAGES := mbpoll libsystemd-dev pkg-config gcc systemd systemd-container
 packages:
-	@if command -v mbpoll > /dev/null; then exit 0; fi; \
+	@if dpkg-query -W $(DEBIAN_PACKAGES) > /dev/null 2>&1; then exit 0; fi; \
 	if [ "$$(id -u)" = 0 ]; then as_root=(); \
 	elif sudo -n true 2> /dev/null; then as_root=(sudo -n); \
-	else echo "make test: the tests need the Debian package mbpoll; install it as root: apt-get install mbpoll" >&2; exit 1; fi; \
+	else echo "make test: the tests need Debian packages; as root: apt-get install $(DEBIAN_PACKAGES)" >&2; exit 1; fi; \
 	"$${as_root[@]}" apt-get update -qq; \
-	"$${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -qq -y mbpoll > /dev/null
+	"$${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -qq -y $(DEBIAN_PACKAGES) > /dev/null
 
 $(VENV)/installed: $(BIN)/python pyproject.toml constraints.txt
 	$(PIP_INSTALL) -e .
@@ -55,6 +57,10 @@ $(VENV)/installed: $(BIN)/python pyproject.toml constraints.txt
 $(VENV)/installed-dev: $(BIN)/python pyproject.toml constraints.txt
 	$(PIP_INSTALL) -e '.[dev]'
 	@touch $@ $(VENV)/installed
+
+$(VENV)/installed-systemd: $(VENV)/installed-dev | packages
+	$(PIP_INSTALL) -e '.[systemd]'
+	@touch $@
 
 $(BIN)/python:
 	@for python in python3 python3.11 python3.12 python3.13; do \

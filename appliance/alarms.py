@@ -21,8 +21,8 @@ class AlarmRow(NamedTuple):
         Coil of the register map.
     priority : {"low", "medium", "high"}
         By how soon somebody must act.
-    cause : str
-        Name in the fault table, or a condition of the process: `wrong_orientation`, `out_of_tolerance`,
+    causes : tuple of str
+        Names in the fault table, or a condition of the process: `wrong_orientation`, `out_of_tolerance`,
         `low_trust`, `plc_silent`.
     on_delay_s, off_delay_s : float
         Time that the cause must last before the alarm is active, and be gone before it is not.
@@ -34,7 +34,7 @@ class AlarmRow(NamedTuple):
 
     name: str
     priority: Priority
-    cause: str
+    causes: tuple[str, ...]
     on_delay_s: float
     off_delay_s: float
     text: str
@@ -45,7 +45,7 @@ ALARMS: tuple[AlarmRow, ...] = (
     AlarmRow(
         "alarm_wrong_orientation",
         "high",
-        "wrong_orientation",
+        ("wrong_orientation",),
         0.0,
         1.0,
         "an ingot lies with its top towards the line",
@@ -54,7 +54,7 @@ ALARMS: tuple[AlarmRow, ...] = (
     AlarmRow(
         "alarm_out_of_tolerance",
         "high",
-        "out_of_tolerance",
+        ("out_of_tolerance",),
         0.5,
         1.0,
         "the bar is out of tolerance",
@@ -63,7 +63,7 @@ ALARMS: tuple[AlarmRow, ...] = (
     AlarmRow(
         "alarm_low_trust",
         "medium",
-        "low_trust",
+        ("low_trust",),
         1.0,
         1.0,
         "a bar is there, but its diameter cannot be trusted",
@@ -72,16 +72,23 @@ ALARMS: tuple[AlarmRow, ...] = (
     AlarmRow(
         "alarm_camera",
         "high",
-        "camera_lost",
+        (
+            "camera_lost",
+            "camera_frozen",
+            "pair_out_of_step",
+            "picture_blank",
+            "picture_size_changed",
+            "camera_clock_wrong",
+        ),
         0.0,
         1.0,
-        "a camera is lost",
-        "check power and cables of both cameras",
+        "a camera is lost or cannot be believed",
+        "check power and cables of both cameras; fault_word says what is wrong",
     ),
     AlarmRow(
         "alarm_stale",
         "medium",
-        "reading_stale",
+        ("reading_stale",),
         0.0,
         1.0,
         "the newest reading is too old",
@@ -90,7 +97,7 @@ ALARMS: tuple[AlarmRow, ...] = (
     AlarmRow(
         "alarm_calibration",
         "medium",
-        "rig_unusable",
+        ("rig_unusable", "calibration_due"),
         0.0,
         1.0,
         "the calibration is missing or due",
@@ -99,7 +106,7 @@ ALARMS: tuple[AlarmRow, ...] = (
     AlarmRow(
         "alarm_plc_silent",
         "low",
-        "plc_silent",
+        ("plc_silent",),
         0.0,
         1.0,
         "the PLC's heartbeat stands still",
@@ -108,7 +115,7 @@ ALARMS: tuple[AlarmRow, ...] = (
     AlarmRow(
         "alarm_internal",
         "high",
-        "station_down",
+        ("station_restarting", "station_failing", "not_measuring"),
         0.0,
         1.0,
         "the gauge itself has failed",
@@ -154,7 +161,7 @@ class Alarms:
         Parameters
         ----------
         causes : set of str
-            Active faults and conditions, as in `AlarmRow.cause`.
+            Active faults and conditions, as in `AlarmRow.causes`.
         now_s : float
             Monotonic time.
         suppressed : bool
@@ -162,7 +169,7 @@ class Alarms:
         """
         self._suppressed = suppressed
         for row, state in self._states.items():
-            state.update(now_s, cause=row.cause in causes and not suppressed)
+            state.update(now_s, cause=not (suppressed or causes.isdisjoint(row.causes)))
 
     def acknowledge(self) -> None:
         """Acknowledge every alarm that is there now."""

@@ -3,6 +3,7 @@
 import json
 import re
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,11 +12,11 @@ from appliance.cameras.recording import PICTURE_SUFFIXES, read_picture
 from appliance.cameras.source import CameraError
 from vision.calibration.board import Board
 from vision.calibration.corners import find_corners
-from vision.calibration.rig import CAMERA_PARAMETERS, Rig
+from vision.calibration.marks import NO_MARKS, Marks, find_marks
+from vision.calibration.rig import CAMERA_PARAMETERS, SIDES, Rig
 from vision.calibration.stereo import Calibration, Pair, calibrate
 from vision.calibration.verdict import CalibrationError, Dropped
 
-SIDES = ("left", "right")
 REGISTRATION = ("low", "high")
 
 
@@ -61,7 +62,7 @@ def calibrate_folder(
             progress(done, len(paths))
     missing: Pair = (None, None)
     numbers = [int(name) for name in pairs if name not in REGISTRATION]
-    return calibrate(
+    calibration = calibrate(
         [pairs.get(f"{number:02d}", missing) for number in range(max(numbers, default=-1) + 1)],
         pairs.get("low", missing),
         pairs.get("high", missing),
@@ -70,6 +71,17 @@ def calibrate_folder(
         region_y_mm=region_y_mm,
         dropped=finder.dropped,
     )
+    left, right = (_marks(paths, pairs, side) for side in range(len(SIDES)))
+    return replace(calibration, rig=replace(calibration.rig, marks=(left, right)))
+
+
+def _marks(paths: Mapping[str, Mapping[str, Path]], pairs: Mapping[str, Pair], side: int) -> Marks:
+    """Still marks of one camera, when it saw the board at both heights."""
+    files = [paths.get(name, {}).get(SIDES[side]) for name in REGISTRATION]
+    low_px, high_px = (pairs.get(name, (None, None))[side] for name in REGISTRATION)
+    if files[0] is None or files[1] is None or low_px is None or high_px is None:
+        return NO_MARKS
+    return find_marks(read_picture(files[0]), read_picture(files[1]), (low_px, high_px))
 
 
 class _Finder:
@@ -157,6 +169,7 @@ def report_lines(calibration: Calibration) -> list[str]:
     lines += [
         f"baseline      {baseline} and {100.0 * rig.square_relative_u:.3f} % of every length for the board",
         f"world frame   {_world(rig)}",
+        f"still marks   {' and '.join(str(len(marks.patch)) for marks in rig.marks)}, to notice a camera that moves",
         *(f"warning       {warning}" for warning in calibration.warnings),
         f"verdict       {'good' if not calibration.warnings else 'usable, see the warnings'}",
     ]

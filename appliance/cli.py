@@ -5,7 +5,6 @@ import asyncio
 import contextlib
 import difflib
 import itertools
-import logging
 import os
 import signal
 import sys
@@ -13,6 +12,7 @@ from collections.abc import Callable, Generator, Sequence
 from pathlib import Path
 from typing import NoReturn, TypeVar
 
+from appliance import service
 from appliance import settings as settings_file
 from appliance.kept import state_folder
 from appliance.settings import PlcSettings, RecordingCamera, Settings
@@ -20,6 +20,7 @@ from appliance.supervisor import StartRefusedError, Supervisor
 from plc import export
 from plc.registers import REGISTERS
 
+EXIT_CHECKS_FAILED = 1
 EXIT_TROUBLE = 2
 EXIT_INTERRUPTED = 130
 
@@ -50,13 +51,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        Exit code: 0 done, 2 trouble, 130 interrupted.
+        Exit code: 0 done, 1 checks have failed, 2 trouble, 130 interrupted.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
         _check_command(words[:1])
         given = parser().parse_args(words)
-        given.run(given)
+        exit_code = given.run(given)
         sys.stdout.flush()
     except (CommandError, settings_file.SettingsError) as error:
         print(f"hotgauge: {error}", file=sys.stderr)
@@ -65,7 +66,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return EXIT_INTERRUPTED
     except BrokenPipeError:  # `hotgauge registers | head` is nobody's error
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    return 0
+        return 0
+    return exit_code or 0
 
 
 def _check_command(words: Sequence[str]) -> None:
@@ -98,7 +100,7 @@ def _add_recording_and_rig(command: argparse.ArgumentParser) -> None:
 
 
 def _run(given: argparse.Namespace) -> None:
-    _serve(settings_file.load(given.config))
+    _serve(lambda: settings_file.load(given.config))
 
 
 def _add_replay(command: argparse.ArgumentParser) -> None:
@@ -107,25 +109,50 @@ def _add_replay(command: argparse.ArgumentParser) -> None:
 
 
 def _replay(given: argparse.Namespace) -> None:
-    settings = settings_file.load(given.config)
-    camera = RecordingCamera(kind="recording", path=given.recording)
-    sizing = settings.sizing.model_copy(update={"camera": camera, "rig": given.rig})
-    _serve(settings.model_copy(update={"sizing": sizing}))
+    def load() -> Settings:
+        settings = settings_file.load(given.config)
+        camera = RecordingCamera(kind="recording", path=given.recording)
+        sizing = settings.sizing.model_copy(update={"camera": camera, "rig": given.rig})
+        return settings.model_copy(update={"sizing": sizing})
+
+    _serve(load)
 
 
-def _serve(settings: Settings) -> None:
-    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(message)s")
+def _serve(load: Callable[[], Settings]) -> None:
+    settings = load()
+    service.start_log()
     try:
-        asyncio.run(_supervise(settings))
+        asyncio.run(_supervise(settings, load))
     except StartRefusedError as error:
         raise CommandError(str(error)) from error
 
 
-async def _supervise(settings: Settings) -> None:
+async def _supervise(settings: Settings, load: Callable[[], Settings]) -> None:
     supervisor = Supervisor(settings)
+    manager = service.ServiceManager()
+    loop = asyncio.get_running_loop()
+    reloads: set[asyncio.Task[None]] = set()  # the loop itself holds tasks only weakly
+
+    def stop() -> None:
+        manager.stopping()
+        supervisor.stop()
+
+    def reload() -> None:
+        task = loop.create_task(supervisor.reload(load))
+        reloads.add(task)
+        task.add_done_callback(reloads.discard)
+
+    def serving(port: int) -> None:
+        manager.ready()
+        print("\n".join(_welcome(settings, port)), flush=True)
+
     for number in (signal.SIGINT, signal.SIGTERM):
-        asyncio.get_running_loop().add_signal_handler(number, supervisor.stop)
-    await supervisor.run(lambda port: print("\n".join(_welcome(settings, port)), flush=True))
+        loop.add_signal_handler(number, stop)
+    managed = service.is_managed()
+    if managed:  # on a terminal it means that the terminal is closed
+        loop.add_signal_handler(signal.SIGHUP, reload)
+    # a service has nobody who looks at a refusal: it serves the fault instead
+    await supervisor.run(serving, manager.proof, refuses=not managed)
 
 
 def _welcome(settings: Settings, port: int) -> list[str]:
@@ -417,7 +444,35 @@ def _poll(given: argparse.Namespace) -> None:
         raise CommandError(str(error)) from error
 
 
-_Run = Callable[[argparse.Namespace], None]
+def _add_install(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--remove", action="store_true", help="take the service down again instead")
+    command.add_argument("--root", type=Path, default=Path("/"), metavar="DIR", help="write below this folder only")
+
+
+def _install(given: argparse.Namespace) -> None:
+    from appliance.install import InstallError, install, remove
+
+    try:
+        for line in (remove if given.remove else install)(given.root):
+            print(line)
+    except InstallError as error:
+        raise CommandError(str(error)) from error
+
+
+def _doctor(given: argparse.Namespace) -> int | None:
+    from appliance.doctor import examine
+    from appliance.install import CONFIG
+
+    installed = Path("/") / CONFIG
+    config = given.config or (installed if installed.is_file() else None)
+    bad = 0
+    for check in examine(config):
+        print(check, flush=True)
+        bad += check.verdict == "BAD"
+    return EXIT_CHECKS_FAILED if bad else None
+
+
+_Run = Callable[[argparse.Namespace], int | None]
 _AddArguments = Callable[[argparse.ArgumentParser], None]
 
 COMMANDS: dict[str, tuple[_Run, str, _AddArguments]] = {
@@ -430,5 +485,7 @@ COMMANDS: dict[str, tuple[_Run, str, _AddArguments]] = {
     "simulate": (_simulate, "Write a recording of the simulated mill, with truth", _add_simulate),
     "train-edges": (_train_edges, "Train the forest that finds edges", _add_train_edges),
     "registers": (_registers, "Print the register map", _add_registers),
+    "install": (_install, "Set this computer up so that the gauge starts with it, as root", _add_install),
+    "doctor": (_doctor, "Check settings, rig, cameras, port, service, disk and memory", _add_config),
     "poll": (_poll, "Show a gauge's live values, as a PLC reads them", _add_poll),
 }

@@ -1,11 +1,13 @@
 """The fault table and the one door through which faults come and go.
 
 A fault is trouble with the equipment, not with the bar. It owns the NE 107 class that the PLC reads as
-`device_state`; it is logged once when it comes and once when it goes.
+`device_state` and a bit of `fault_word`; it is logged once when it comes and once when it goes. Codes 1xx (cameras) and
+2xx (calibration) are told by a measuring process, the others by the supervisor.
 """
 
 import enum
 import logging
+from collections.abc import Mapping
 from typing import NamedTuple
 
 logger = logging.getLogger("hotgauge.faults")
@@ -37,6 +39,10 @@ class FaultRow(NamedTuple):
         What the operator reads.
     remedy : str
         What to do about it.
+    bit : int
+        Bit of `fault_word`; never changes its meaning.
+    latching : bool
+        Whether the bit stays after the fault is over, with "maintenance required", until it is acknowledged.
     """
 
     code: int
@@ -45,6 +51,13 @@ class FaultRow(NamedTuple):
     severity: int
     text: str
     remedy: str
+    bit: int
+    latching: bool = False
+
+    @property
+    def told_by_station(self) -> bool:
+        """Whether it is a measuring process that knows of it."""
+        return self.code < 300
 
 
 FAULTS: tuple[FaultRow, ...] = (
@@ -55,6 +68,7 @@ FAULTS: tuple[FaultRow, ...] = (
         logging.ERROR,
         "the cameras give no pictures",
         "check power and cables of both cameras, or the path of the recording",
+        bit=0,
     ),
     FaultRow(
         102,
@@ -63,6 +77,70 @@ FAULTS: tuple[FaultRow, ...] = (
         logging.WARNING,
         "the recording was played once and is over",
         "start again, or set sizing.camera.loop = true",
+        bit=1,
+    ),
+    FaultRow(
+        103,
+        "camera_frozen",
+        DeviceState.FAILURE,
+        logging.ERROR,
+        "a camera delivers the same picture again and again",
+        "restart the camera by its power; if it comes back, replace it",
+        bit=2,
+    ),
+    FaultRow(
+        104,
+        "pair_out_of_step",
+        DeviceState.FAILURE,
+        logging.ERROR,
+        "the two cameras do not expose at the same moment",
+        "check the synchronisation cable or the network's clock",
+        bit=3,
+    ),
+    FaultRow(
+        105,
+        "picture_blank",
+        DeviceState.FAILURE,
+        logging.ERROR,
+        "a camera's picture is black, or even all over",
+        "take off the lens cap, clean the window, check the exposure",
+        bit=4,
+    ),
+    FaultRow(
+        106,
+        "picture_size_changed",
+        DeviceState.FAILURE,
+        logging.ERROR,
+        "a camera's pictures have changed their size",
+        "restart the camera with the size that it was calibrated with",
+        bit=5,
+    ),
+    FaultRow(
+        107,
+        "camera_clock_wrong",
+        DeviceState.FAILURE,
+        logging.ERROR,
+        "a camera's clock jumps, so the age of its pictures is unknown",
+        "restart the camera; if it comes back, replace it",
+        bit=6,
+    ),
+    FaultRow(
+        108,
+        "pairs_dropped",
+        DeviceState.MAINTENANCE_REQUIRED,
+        logging.WARNING,
+        "more image pairs are lost than may be",
+        "set a lower camera rate or take a faster computer; check the cameras' network",
+        bit=7,
+    ),
+    FaultRow(
+        109,
+        "pairs_slow",
+        DeviceState.OUT_OF_SPECIFICATION,
+        logging.WARNING,
+        "image pairs come too slowly for a moving line",
+        "check the cameras' rate and network; a slow computer lowers it too",
+        bit=8,
     ),
     FaultRow(
         201,
@@ -71,6 +149,7 @@ FAULTS: tuple[FaultRow, ...] = (
         logging.ERROR,
         "the calibration of the two cameras cannot be used",
         "run hotgauge calibrate and set sizing.rig to the file that it writes",
+        bit=9,
     ),
     FaultRow(
         301,
@@ -79,14 +158,62 @@ FAULTS: tuple[FaultRow, ...] = (
         logging.ERROR,
         "the newest reading is too old",
         "wait for the measuring process to be started again; if it comes back, the computer is overloaded",
+        bit=10,
+    ),
+    FaultRow(
+        302,
+        "not_measuring",
+        DeviceState.FAILURE,
+        logging.ERROR,
+        "the measuring process runs but measures nothing",
+        "wait a minute for it to be started again; if it comes back, send the log to the maker",
+        bit=11,
+    ),
+    FaultRow(
+        303,
+        "contrast_low",
+        DeviceState.MAINTENANCE_REQUIRED,
+        logging.WARNING,
+        "bars have stood out weakly from their background for a while",
+        "clean the windows of both cameras and look for steam and light in front of them",
+        bit=26,
+    ),
+    FaultRow(
+        304,
+        "edges_overexposed",
+        DeviceState.MAINTENANCE_REQUIRED,
+        logging.WARNING,
+        "edges of the bars have been overexposed for a while",
+        "shorten the exposure of both cameras",
+        bit=27,
+    ),
+    FaultRow(
+        305,
+        "calibration_due",
+        DeviceState.MAINTENANCE_REQUIRED,
+        logging.WARNING,
+        "a camera has moved since its calibration",
+        "fix the cameras and run hotgauge calibrate",
+        bit=28,
     ),
     FaultRow(
         401,
-        "station_down",
+        "station_restarting",
         DeviceState.FAILURE,
         logging.ERROR,
         "the measuring process ended and is started again",
         "if it comes back, send the log to the maker",
+        bit=12,
+    ),
+    FaultRow(
+        402,
+        "station_failing",
+        DeviceState.FAILURE,
+        logging.ERROR,
+        "the measuring process keeps ending; it is tried again at longer intervals",
+        "read in the log why it ends; run hotgauge doctor; send the log to the maker",
+        bit=13,
+        latching=True,
     ),
     FaultRow(
         501,
@@ -95,6 +222,7 @@ FAULTS: tuple[FaultRow, ...] = (
         logging.WARNING,
         "what the PLC has written cannot be kept over a restart",
         "make room on the disk and the folder plc.state_directory writable",
+        bit=14,
     ),
     FaultRow(
         502,
@@ -103,6 +231,34 @@ FAULTS: tuple[FaultRow, ...] = (
         logging.WARNING,
         "what the PLC had written before the restart is lost",
         "let the PLC write its set points again",
+        bit=15,
+    ),
+    FaultRow(
+        503,
+        "settings_unusable",
+        DeviceState.MAINTENANCE_REQUIRED,
+        logging.WARNING,
+        "the settings file is wrong; the settings from before stay in force",
+        "run hotgauge check-config on the file, correct it and reload",
+        bit=16,
+    ),
+    FaultRow(
+        504,
+        "restart_needed",
+        DeviceState.MAINTENANCE_REQUIRED,
+        logging.WARNING,
+        "settings have changed that count only after a restart",
+        "restart the gauge when the line stands",
+        bit=17,
+    ),
+    FaultRow(
+        505,
+        "clock_stepped",
+        DeviceState.MAINTENANCE_REQUIRED,
+        logging.WARNING,
+        "the computer's clock was set; time stamps before and after do not fit together",
+        "check the time server; measuring is not affected",
+        bit=18,
     ),
 )
 
@@ -110,12 +266,20 @@ _ROWS = {row.name: row for row in FAULTS}
 
 
 class Faults:
-    """The faults that are active now."""
+    """The faults that are active now, and those that wait to be acknowledged.
+
+    Attributes
+    ----------
+    product : int
+        The mill's number of the product that is measured, for the log.
+    """
 
     def __init__(self) -> None:
-        self._active: set[str] = set()
+        self.product = 0
+        self._active: set[tuple[str, str]] = set()
+        self._latched: set[str] = set()
 
-    def report(self, name: str, *, active: bool, detail: str = "") -> None:
+    def report(self, name: str, *, active: bool, detail: str = "", station: str = "") -> None:
         """Say whether a fault is there; only a change is logged.
 
         Parameters
@@ -125,6 +289,8 @@ class Faults:
         active : bool
         detail : str
             What exactly is wrong, for the log.
+        station : str
+            Station that has it; each has its own. Empty for the gauge as a whole.
 
         Raises
         ------
@@ -133,22 +299,61 @@ class Faults:
         """
         if name not in _ROWS:
             raise ValueError(f"name: no fault is called {name!r}")
-        if active == (name in self._active):
+        if active == ((name, station) in self._active):
             return
         row = _ROWS[name]
         if active:
-            self._active.add(name)
-            logger.log(row.severity, "fault %d %s: %s; %s", row.code, name, detail or row.text, row.remedy)
+            self._active.add((name, station))
+            self._latched |= {name} if row.latching else set()
+            sentence = f"fault {row.code} {name}: {detail or row.text}; {row.remedy}"
         else:
-            self._active.remove(name)
-            logger.info("fault %d %s is over", row.code, name)
+            self._active.remove((name, station))
+            sentence = f"fault {row.code} {name} is over"
+        logger.log(row.severity if active else logging.INFO, sentence, extra=self._fields(row, station))
+
+    def report_station(self, station: str, found: Mapping[str, str]) -> None:
+        """Say all that a measuring process finds wrong now, by name and detail; what it does not name is over.
+
+        Raises
+        ------
+        ValueError
+            A name is not in the table, or not one that a station tells.
+        """
+        wrong = [name for name in found if name not in _ROWS or not _ROWS[name].told_by_station]
+        if wrong:
+            raise ValueError(f"found: no station tells of {wrong[0]!r}")
+        for row in FAULTS:
+            if row.told_by_station:
+                self.report(row.name, active=row.name in found, detail=found.get(row.name, ""), station=station)
+
+    def acknowledge(self) -> None:
+        """Say that somebody has seen the latching faults; those that are still there end with their cause."""
+        self._latched.clear()
+
+    def _fields(self, row: FaultRow, station: str) -> dict[str, object]:
+        return {
+            "HOTGAUGE_FAULT": row.code,
+            "HOTGAUGE_FAULT_NAME": row.name,
+            "HOTGAUGE_STATION": station,
+            "HOTGAUGE_PRODUCT": self.product,
+        }
 
     @property
     def active(self) -> frozenset[str]:
         """Names of the faults that are there now."""
-        return frozenset(self._active)
+        return frozenset(name for name, _ in self._active)
+
+    def active_at(self, station: str) -> frozenset[str]:
+        """Names of the faults that one station has now."""
+        return frozenset(name for name, at in self._active if at == station)
+
+    @property
+    def word(self) -> int:
+        """Bits of `fault_word`: active faults, and latching ones that nobody has acknowledged."""
+        return sum(1 << _ROWS[name].bit for name in self.active | self._latched)
 
     @property
     def state(self) -> DeviceState:
-        """NE 107 class of the worst active fault."""
-        return max((_ROWS[name].state for name in self._active), default=DeviceState.GOOD)
+        """NE 107 class of the worst active fault; "maintenance required" while one waits to be acknowledged."""
+        latched = [DeviceState.MAINTENANCE_REQUIRED] if self._latched else []
+        return max((*latched, *(_ROWS[name].state for name in self.active)), default=DeviceState.GOOD)

@@ -16,18 +16,18 @@ from vision.calibration.rig import Rig
 from vision.calibration.stereo import calibrate
 
 Picture = NDArray[np.uint8]
-Reading = TypeVar("Reading", covariant=True)
+Reading_co = TypeVar("Reading_co", covariant=True)
 
 
-class Measures(Protocol[Reading]):
+class Measures(Protocol[Reading_co]):
     """What measures a pair of pictures."""
 
-    def measure(self, left: Picture, right: Picture) -> Reading:
+    def measure(self, left: Picture, right: Picture) -> Reading_co:
         """Reading of one pair."""
         ...
 
 
-class TimedGauge(Generic[Reading]):
+class TimedGauge(Generic[Reading_co]):
     """A gauge that takes its own time and refuses pictures that its rig is not for.
 
     Parameters
@@ -44,7 +44,7 @@ class TimedGauge(Generic[Reading]):
         No diameter can be measured with this rig.
     """
 
-    def __init__(self, rig: Rig, name: str, make: Callable[[Rig], Measures[Reading]]) -> None:
+    def __init__(self, rig: Rig, name: str, make: Callable[[Rig], Measures[Reading_co]]) -> None:
         self._rig = rig
         self._name = name
         try:
@@ -52,7 +52,7 @@ class TimedGauge(Generic[Reading]):
         except ValueError as error:
             raise RigError(f"{name}: {error}; calibrate again") from error
 
-    def measure(self, left: Picture, right: Picture) -> tuple[Reading, float]:
+    def measure(self, left: Picture, right: Picture) -> tuple[Reading_co, float]:
         """Reading of one pair, and the milliseconds that it took.
 
         Parameters

@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -39,7 +40,7 @@ class Plots:
             raise PlotsMissingError(
                 "--plot: plots need Matplotlib, which is not installed; install it with: pip install 'hotgauge[plots]'"
             ) from error
-        self._figure = Figure
+        self._new_figure: Any = Figure  # its stubs leave most argument types open
         self._folder = folder
         self._readings: list[tuple[int, VirtualBoardReading]] = []
         folder.mkdir(parents=True, exist_ok=True)
@@ -51,15 +52,15 @@ class Plots:
     def write(self) -> None:
         """Draw `windows_NNNNNN.png` of up to eight frames, `frames.png` and `alignment.png`."""
         with_windows = [pair for pair in self._readings if pair[1].windows_kept]
-        chosen = np.unique(np.linspace(0, len(with_windows) - 1, WINDOW_PLOTS).round().astype(int))
-        for index in chosen if with_windows else ():
-            self._windows(*with_windows[index])
+        count = min(WINDOW_PLOTS, len(with_windows))
+        for place in range(count):
+            self._windows(*with_windows[place * len(with_windows) // count])
         self._frames()
         self._alignment()
 
     def _windows(self, frame: int, reading: VirtualBoardReading) -> None:
         """Diameter per window with tolerance band and one Sigma, like figure 3.28 of the source."""
-        figure = self._figure(figsize=(9, 4.5), layout="constrained")
+        figure = self._new_figure(figsize=(9, 4.5), layout="constrained")
         axes = figure.subplots()
         number = np.arange(1, reading.windows_total + 1)
         kept = reading.window_kept
@@ -84,22 +85,22 @@ class Plots:
 
     def _frames(self) -> None:
         """Diameter per frame with one standard deviation of its windows, like figure 3.29."""
-        figure = self._figure(figsize=(9, 4.5), layout="constrained")
+        figure = self._new_figure(figsize=(9, 4.5), layout="constrained")
         axes = figure.subplots()
         frame = [number for number, _ in self._readings]
         diameter_mm = np.array([reading.diameter_mm for _, reading in self._readings])
         spread_mm = np.array([_spread_mm(reading) for _, reading in self._readings])
         axes.errorbar(frame, diameter_mm, yerr=spread_mm, fmt="o", ms=3, capsize=2, label="diameter ± sigma of windows")
-        axes.plot(frame, np.where(np.isnan(diameter_mm), np.nanmin(diameter_mm, initial=math.inf), np.nan), "|",
-                  color="tab:red", label="no value")  # fmt: skip
-        axes.set(xlabel="frame", ylabel="diameter, mm", title="Route V, frame by frame")
+        without = [number for number, reading in self._readings if not reading.valid]
+        axes.plot(without, np.full(len(without), 0.02), "|", color="tab:red", transform=axes.get_xaxis_transform())
+        axes.set(xlabel="frame", ylabel="diameter, mm", title="Route V, frame by frame; red: no value")
         axes.grid(alpha=0.3)
         axes.legend(fontsize="small")
         figure.savefig(self._folder / "frames.png", dpi=DOTS_PER_INCH)
 
     def _alignment(self) -> None:
         """Q_R and the board's height over frames, like figures 4.8 and 4.9."""
-        figure = self._figure(figsize=(9, 5.5), layout="constrained")
+        figure = self._new_figure(figsize=(9, 5.5), layout="constrained")
         quality, height = figure.subplots(2, 1, sharex=True)
         frame = [number for number, _ in self._readings]
         quality.plot(frame, [abs(reading.alignment_quality) for _, reading in self._readings], "o-", ms=3)

@@ -8,7 +8,15 @@ NO_BAR = 1 << 0
 NO_PAIR = 1 << 7
 STALE = 1 << 8
 STARTING = 1 << 9
+EDGES_CLIPPED = 1 << 10
 HELD = 1 << 11
+CAMERA_MOVED = 1 << 14
+BAR_TOO_SHORT = 1 << 15
+SOME_EDGES_CLIPPED = 1 << 16
+LOW_CONTRAST = 1 << 17
+CALIBRATION_DUE = 1 << 25
+BAR_HEAD = 1 << 27
+BAR_TAIL = 1 << 28
 
 AGE_LARGEST_MS = 0xFFFE  # one more is "no value"
 
@@ -23,13 +31,14 @@ class Publication:
 
     Attributes
     ----------
+    stale_after_ms : int
     held : bool
         The PLC holds the gauge: no reading stands.
     """
 
     def __init__(self, stale_after_ms: int) -> None:
         self.held = False
-        self._stale_after_ms = stale_after_ms
+        self.stale_after_ms = stale_after_ms
         self._reading: ReadingMessage | None = None
         self._cycle_time_ms: float | None = None
         self._dropped = 0
@@ -59,7 +68,7 @@ class Publication:
 
     def stale(self, now_s: float) -> bool:
         """Whether there is a reading and it is too old to stand."""
-        return self._reading is not None and _age_ms(self._reading, now_s) > self._stale_after_ms
+        return self._reading is not None and _age_ms(self._reading, now_s) > self.stale_after_ms
 
     def standing(self, now_s: float) -> ReadingMessage | None:
         """The reading that may be served; None when there is none, it is stale or the gauge is held."""

@@ -95,6 +95,52 @@ class RecordingCamera(_Section):
 Camera = Annotated[MillCamera | RecordingCamera, Field(discriminator="kind")]
 
 
+class LivenessSettings(_Section):
+    """When the pictures of the cameras are no longer believed."""
+
+    lost_after_ms: int = Field(
+        default=700,
+        ge=100,
+        le=10000,
+        description="Time without a picture that counts (new, in step, not blank) after which it is a fault",
+        json_schema_extra=_unit("ms"),
+    )
+    apart_max_us: int = Field(
+        default=5000,
+        ge=1,
+        le=1000000,
+        description="Longest time between left and right exposure of a pair, by their device time stamps",
+        json_schema_extra=_unit("µs"),
+    )
+    blank_level: int = Field(
+        default=2,
+        ge=0,
+        le=255,
+        description="Steps of grey by which nearly all pixels of a blank picture stay within its median",
+    )
+    interval_max_ms: int = Field(
+        default=500,
+        ge=10,
+        le=60000,
+        description="Mean time between pairs above which they come too slowly",
+        json_schema_extra=_unit("ms"),
+    )
+    dropped_max_percent: float = Field(
+        default=75.0,
+        ge=0,
+        le=100,
+        description="Share of dropped pairs that is a fault",
+        json_schema_extra=_unit("%"),
+    )
+    idle_after_s: float = Field(
+        default=15.0,
+        ge=1,
+        le=600,
+        description="Time that a measuring process may run without a reading and without a fault",
+        json_schema_extra=_unit("s"),
+    )
+
+
 class SizingSettings(_Section):
     """The sizing station."""
 
@@ -103,6 +149,13 @@ class SizingSettings(_Section):
         default=None,
         description="Calibration of the two cameras, from `hotgauge calibrate`; the mill can do without",
     )
+    ovality_mm: float = Field(
+        default=0.0,
+        ge=0,
+        le=20,
+        description="Greatest minus least width of a section that the product may have; part of the uncertainty",
+        json_schema_extra=_unit("mm"),
+    )
     stale_after_ms: int = Field(
         default=800,
         ge=100,
@@ -110,6 +163,14 @@ class SizingSettings(_Section):
         description="Age from which a reading is no value any more",
         json_schema_extra=_unit("ms"),
     )
+    memory_max_mb: int = Field(
+        default=2048,
+        ge=256,
+        le=65536,
+        description="Memory of each measuring process, above which it ends and is started again",
+        json_schema_extra=_unit("MB"),
+    )
+    liveness: LivenessSettings = Field(default_factory=LivenessSettings, description="When pictures are believed")
 
 
 class JudgingSettings(_Section):

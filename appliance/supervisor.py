@@ -6,6 +6,8 @@ babbles, or a disk that is full, changes what is published, never whether someth
 
 import asyncio
 import contextlib
+import logging
+import os
 import time
 from collections.abc import Callable, Mapping
 
@@ -15,17 +17,23 @@ from appliance.faults import DeviceState, Faults
 from appliance.judging import Decision, SetPoints
 from appliance.kept import Kept, state_folder
 from appliance.publication import NO_PAIR, STARTING, Publication
-from appliance.recent import PerBar, ReadingRing
-from appliance.settings import Settings
-from appliance.stations.keeper import keep
+from appliance.recent import Lasting, PerBar, ReadingRing
+from appliance.selfcheck import SelfCheck
+from appliance.settings import Settings, SettingsError
+from appliance.stations.keeper import Health, Keeper
 from appliance.stations.link import Message, ReadingMessage, StateMessage
+from appliance.wall_clock import WallClock
 from plc.registers import Value, encode
 from plc.server import ModbusServer
 
 SWAP_PERIOD_S = 0.05  # half of the longest allowed, so that a late wake-up stays within it
 HEARTBEAT_PERIOD_S = 0.1
+LASTING_S = 10.0  # of a reason, before it is the gauge's fault and not the bar's
 SIZING_STATION = "appliance.stations.sizing"
-STATION_FAULTS = ("camera_lost", "recording_over", "rig_unusable", "station_down")
+SIZING = "sizing"
+PROOF_PERIOD_S = 0.5
+
+logger = logging.getLogger("hotgauge.supervisor")
 
 
 class StartRefusedError(Exception):
@@ -40,29 +48,33 @@ class Supervisor:
     settings : Settings
     """
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: Settings, *, wall: Callable[[], float] = time.time) -> None:
         self._settings = settings
         self._server = ModbusServer(
             settings.plc.host,
             settings.plc.port,
             writes=settings.plc.writes,
-            connections_max=settings.plc.connections_max,
+            connections_max=settings.plc.connections_max + 1,  # the self-check is one
             on_write=self._hear_plc,
         )
         self._publication = Publication(settings.sizing.stale_after_ms)
         self._advisor = Advisor(settings.judging, settings.correction)
         self._ring = ReadingRing()
         self._bars = PerBar(settings.judging.bar_gap_ms / 1000)
+        self._lasting = Lasting(LASTING_S)
         self._faults = Faults()
         self._alarms = Alarms()
         self._kept = Kept(state_folder(settings.plc), self._report_disk)
+        self._keeper = Keeper(SIZING_STATION, settings.sizing.model_dump_json(), self._hear, self._hear_health)
+        self._clock = WallClock(wall)
         self._plc_beat_s: float | None = None
-        self._started_s = time.monotonic()
+        self._started_s = self._worked_s = time.monotonic()
         self._news = asyncio.Event()
-        self._serving = False
+        self._serving = asyncio.Event()
         self._stopping = False
         self._measuring = False
         self._simulated = False
+        self._refuses = False
         self._refusal = ""
 
     def stop(self) -> None:
@@ -70,22 +82,34 @@ class Supervisor:
         self._stopping = True
         self._news.set()
 
-    async def run(self, on_serving: Callable[[int], None]) -> None:
+    async def run(
+        self,
+        on_serving: Callable[[int], None],
+        on_proof: Callable[[str], None] = lambda _: None,
+        *,
+        refuses: bool = True,
+    ) -> None:
         """Measure and serve until `stop`.
 
         Parameters
         ----------
         on_serving : callable
-            Gets the TCP port as soon as the server answers on it.
+            Gets the TCP port as soon as the port answers.
+        on_proof : callable
+            Gets the state in words whenever the port has answered with a heartbeat that moves.
+        refuses : bool
+            Whether a fault of the measuring process at start is the end, as it should be for somebody who is looking;
+            else the port is served at once, and says what is wrong.
 
         Raises
         ------
         StartRefusedError
             The measuring process cannot use its settings at start, or the port cannot be had.
         """
+        self._refuses = refuses
         self._kept.load()
         self._apply_written()
-        parts = (self._keep_station(), self._serve(on_serving), self._kept.keep())
+        parts = (self._keeper.keep(), self._serve(), self._kept.keep(), self._prove(on_serving, on_proof))
         tasks = {asyncio.create_task(part) for part in parts}
         try:
             done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -98,19 +122,36 @@ class Supervisor:
             await self._server.stop()
             await self._kept.save()
 
-    async def _keep_station(self) -> None:
-        settings = self._settings.sizing.model_dump_json()
-        await keep(SIZING_STATION, settings, self._hear, self._lose_station)
+    async def reload(self, load: Callable[[], Settings]) -> None:
+        """Take new settings: the measuring process starts again with its own; others count after a restart.
 
-    async def _serve(self, on_serving: Callable[[int], None]) -> None:
-        await self._news.wait()  # the first message tells whether the settings can be used
+        Parameters
+        ----------
+        load : callable
+            Gives the settings, or raises `SettingsError`: then those that are in force stay.
+        """
+        try:
+            settings = await asyncio.to_thread(load)
+        except SettingsError as error:
+            self._faults.report("settings_unusable", active=True, detail=str(error))
+            return
+        self._faults.report("settings_unusable", active=False)
+        logger.info("settings are loaded again")
+        before, self._settings = self._settings, self._settings.model_copy(update={"sizing": settings.sizing})
+        self._faults.report("restart_needed", active=settings != self._settings)
+        if settings.sizing != before.sizing:
+            self._publication.stale_after_ms = settings.sizing.stale_after_ms
+            self._keeper.renew(settings.sizing.model_dump_json())
+
+    async def _serve(self) -> None:
+        if self._refuses:
+            await self._news.wait()  # the first message tells whether the settings can be used
         if self._stopping:
             return
         if self._refusal:
             raise StartRefusedError(self._refusal)
         await self._start_server()
-        self._serving = True
-        on_serving(self._server.port)
+        self._serving.set()
         while not self._stopping:
             self._news.clear()
             self._publish()
@@ -123,10 +164,30 @@ class Supervisor:
         try:
             await self._server.start()
         except OSError as error:
-            plc = self._settings.plc
-            raise StartRefusedError(
-                f"cannot serve on {plc.host}:{plc.port}: {error.strerror}; stop what uses it or set plc.port"
-            ) from error
+            place, why = f"{self._settings.plc.host}:{self._settings.plc.port}", os.strerror(error.errno or 0)
+            raise StartRefusedError(f"cannot serve on {place}: {why}; stop what uses it or set plc.port") from error
+
+    async def _prove(self, on_serving: Callable[[int], None], on_proof: Callable[[str], None]) -> None:
+        """Ask the own port again and again; who watches the gauge hears only of answers that move on."""
+        await self._serving.wait()
+        check = SelfCheck(self._settings.plc.host, self._server.port)
+        before: int | None = None
+        try:
+            while True:
+                heartbeat = await check.heartbeat()
+                if before is None and heartbeat is not None:
+                    on_serving(self._server.port)
+                if heartbeat not in {None, before}:
+                    on_proof(self._status())
+                    before = heartbeat
+                await asyncio.sleep(PROOF_PERIOD_S)
+        finally:
+            check.close()
+
+    def _status(self) -> str:
+        if faults := sorted(self._faults.active):
+            return f"{'measuring' if self._measuring else 'no value'}; faults: {', '.join(faults)}"
+        return "measuring" if self._measuring else "the measuring process is starting"
 
     def _hear(self, message: Message) -> None:
         if isinstance(message, ReadingMessage):
@@ -139,33 +200,37 @@ class Supervisor:
         self._publication.take(reading)
         self._measuring = True
         self._simulated = reading.simulated
-        self._report_station_fault(None)
-        now_s = time.monotonic()
+        self._faults.report_station(SIZING, reading.faults)
+        now_s = self._worked_s = time.monotonic()
         standing = self._publication.standing(now_s)
         if standing is not None:
             self._bars.take(standing)
+            for fault, active in self._lasting.take(standing).items():
+                self._faults.report(fault, active=active, station=SIZING)
         self._ring.add(self._measurements(now_s))
 
     def _hear_fault(self, message: StateMessage) -> None:
         self._stop_measuring(NO_PAIR)
-        if self._serving:
-            self._report_station_fault(message.fault, message.detail)
+        self._worked_s = time.monotonic()
+        if self._refuses and not self._serving.is_set():
+            self._refusal = message.detail  # the one sentence that somebody who has just started it reads
         else:
-            self._refusal = message.detail
+            self._faults.report_station(SIZING, {message.fault: message.detail})
 
-    def _lose_station(self, reason: str) -> None:
-        self._stop_measuring(STARTING)
-        self._report_station_fault("station_down", reason)
+    def _hear_health(self, health: Health) -> None:
+        if health.ended:
+            self._stop_measuring(STARTING)
+            self._worked_s = time.monotonic()
+            self._faults.report_station(SIZING, {})
+        for state in ("restarting", "failing"):
+            name, active = f"station_{state}", health.state == state
+            self._faults.report(name, active=active, detail=health.detail, station=SIZING)
         self._news.set()
 
     def _stop_measuring(self, reason: int) -> None:
         self._publication.withdraw(reason)
         self._bars.end()
         self._measuring = False
-
-    def _report_station_fault(self, fault: str | None, detail: str = "") -> None:
-        for name in STATION_FAULTS:
-            self._faults.report(name, active=name == fault, detail=detail)
 
     def _report_disk(self, fault: str, detail: str) -> None:
         self._faults.report(fault, active=bool(detail), detail=detail)
@@ -176,6 +241,7 @@ class Supervisor:
             self._plc_beat_s = time.monotonic()
         if changed.get("acknowledge"):
             self._alarms.acknowledge()
+            self._faults.acknowledge()
         if set(changed) != {"plc_heartbeat"}:
             self._apply_written()
             self._news.set()
@@ -183,11 +249,14 @@ class Supervisor:
     def _apply_written(self) -> None:
         self._advisor.points = SetPoints.of(self._kept.written)
         self._publication.held = bool(self._kept.written.get("hold"))
+        self._faults.product = self._kept.written.get("product_id", 0)
 
     def _publish(self) -> None:
         now_s = time.monotonic()
         stale = self._publication.stale(now_s)
-        self._faults.report("reading_stale", active=stale)
+        self._faults.report("reading_stale", active=stale, station=SIZING)
+        self._faults.report("not_measuring", active=self._is_idle(now_s), station=SIZING)
+        self._faults.report("clock_stepped", active=self._clock.was_set(now_s))
         if self._publication.held:
             self._bars.end()
         values = self._measurements(now_s) | self._bars.values() | self._ring.values()
@@ -195,6 +264,11 @@ class Supervisor:
         self._alarms.update(causes, now_s, suppressed=self._publication.held)
         values |= self._health(now_s, running=self._measuring and not stale)
         self._server.publish(encode(values, word_order=self._settings.plc.word_order))
+
+    def _is_idle(self, now_s: float) -> bool:
+        """Whether the process runs and says nothing that explains why there is no reading."""
+        explained = self._faults.active_at(SIZING) - {"not_measuring"}
+        return not explained and now_s - self._worked_s > self._settings.sizing.liveness.idle_after_s
 
     def _measurements(self, now_s: float) -> dict[str, Value]:
         return self._publication.values(now_s) | self._advisor.values(self._publication.standing(now_s), now_s)
@@ -215,6 +289,7 @@ class Supervisor:
             "heartbeat": int((now_s - self._started_s) / HEARTBEAT_PERIOD_S),
             "device_state": max(self._faults.state, DeviceState.FUNCTION_CHECK if check else DeviceState.GOOD),
             "alarm_word": self._alarms.word,
+            "fault_word": self._faults.word,
             "running": running,
             "simulated": self._simulated,
         }

@@ -39,7 +39,7 @@ __all__ = [
     "encode_set_points",
 ]
 
-MAP_VERSION = 2
+MAP_VERSION = 3
 
 _BLOCK: tuple[Table, ...] = ("input", "holding")
 
@@ -174,7 +174,11 @@ REGISTERS: tuple[Register, ...] = (
     _integer(76, "bar_mean", "mm"),
     _integer(77, "bar_max", "mm"),
     _integer(78, "ingot_confidence", "%"),
-    *(spare(address, "measurement") for address in range(79, 119)),
+    spare(79, "measurement"),
+    _state(
+        80, "fault_word", "one bit for each fault of the fault table, set until a latching one is acknowledged", "u32"
+    ),
+    *(spare(address, "measurement") for address in range(82, 119)),
     _state(119, "sequence_check", "sequence again; last word of the block", shows="sequence"),
     _set_point(200, "target_diameter", "mm", (10, 655.34), "wanted diameter; cold if a grade is set, else hot"),
     _set_point(201, "tolerance_plus", "mm", (0.01, 50), "allowed above the target"),
@@ -186,7 +190,7 @@ REGISTERS: tuple[Register, ...] = (
     _alarm(0, "alarm_wrong_orientation", "an ingot lies with its top towards the line"),
     _alarm(1, "alarm_out_of_tolerance", "the bar is out of tolerance"),
     _alarm(2, "alarm_low_trust", "the diameter cannot be trusted"),
-    _alarm(3, "alarm_camera", "a camera is lost"),
+    _alarm(3, "alarm_camera", "a camera is lost or cannot be believed"),
     _alarm(4, "alarm_stale", "the newest reading is too old"),
     _alarm(5, "alarm_calibration", "the calibration is missing or due"),
     _alarm(6, "alarm_plc_silent", "plc_heartbeat stands still"),

@@ -52,7 +52,9 @@ def random_tree(random, patches, depth):
 def random_forest(seed=0, trees=8, trees_evaluated=4, depth=12, patches=1500):
     random = np.random.default_rng(seed)
     cells = smoothed_cells(random_picture(240, 320, seed))
-    places = np.column_stack((random.integers(places_along(240), size=patches), random.integers(places_along(320), size=patches)))
+    places = np.column_stack(
+        (random.integers(places_along(240), size=patches), random.integers(places_along(320), size=patches))
+    )
     samples = sample(cells, places)
     grown = [random_tree(random, samples, depth) for _ in range(trees)]
     edges = [places for tree in grown for places in tree[3]]

@@ -119,6 +119,8 @@ class MillSource:
 
     def _pair(self, frame: int, left: Picture, right: Picture, truth: dict[str, object]) -> FramePair:
         self._dropped += frame - self._last - 1
+        same_slot = self._prepared_frames > 0 and (frame - self._last) % self._prepared_frames == 0
+        repeated = same_slot and self._last >= 0
         self._last = frame
         stamp_us = device_us(frame, self._rate_hz)
         moment_s = self._moment_s(frame)
@@ -132,6 +134,7 @@ class MillSource:
             exposed_utc_ms=utc_ms(moment_s),
             exposure_us=EXPOSURE_US,
             dropped=self._dropped,
+            repeated=repeated,
             truth=truth,
         )
 

@@ -112,6 +112,7 @@ class RecordingSource:
         self._recording = Recording(self._folder)
         self._lap = 0
         self._lap_start = 0
+        self._last: int | None = None
         self._stamps = _Stamps(self._folder, self._rate_hz)
         self._pacer = Pacer(self._rate_hz)
         return self
@@ -136,6 +137,7 @@ class RecordingSource:
         sequence, moment_s = due
         number, left, right = self._pair(sequence)
         left_us, right_us = self._stamps.of(number, sequence, self._lap)
+        repeated, self._last = number == self._last, number
         return FramePair(
             left,
             right,
@@ -145,6 +147,7 @@ class RecordingSource:
             exposed_monotonic_s=moment_s,
             exposed_utc_ms=utc_ms(moment_s),
             dropped=self._pacer.dropped,
+            repeated=repeated,
         )
 
     def _pair(self, sequence: int) -> tuple[int, Picture, Picture]:

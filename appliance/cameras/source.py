@@ -8,7 +8,18 @@ from numpy.typing import NDArray
 
 
 class CameraError(Exception):
-    """A source cannot deliver pictures; the message says what, where and what to do."""
+    """A source cannot deliver pictures; the message says what, where and what to do.
+
+    Parameters
+    ----------
+    message : str
+    fault : str
+        Name in the fault table.
+    """
+
+    def __init__(self, message: str, fault: str = "camera_lost") -> None:
+        super().__init__(message)
+        self.fault = fault
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +33,8 @@ class FramePair:
     sequence : int
         Number that the source gave the exposure, from 0, +1 each; gaps are lost pairs.
     left_us, right_us : int
-        Device time stamps of both exposures, in µs on the device's own clock.
+        Device time stamps of both exposures, in µs on one clock that both cameras share; `liveness` compares them
+        with each other and with those of the pair before.
     exposed_monotonic_s : float
         Moment of exposure on this machine's monotonic clock (`time.monotonic`).
     exposed_utc_ms : int
@@ -31,6 +43,8 @@ class FramePair:
         Exposure time; NaN where the source cannot say.
     dropped : int
         Pairs that the source had discarded, since it was opened, because a newer one was ready.
+    repeated : bool
+        The source knows that these are the same stored pictures as in the pair before; a camera never does.
     truth : dict or None
         What a simulation knows about the scene (`diameter_mm`, ...); never read by a gauge.
     """
@@ -44,6 +58,7 @@ class FramePair:
     exposed_utc_ms: int
     exposure_us: float = float("nan")
     dropped: int = 0
+    repeated: bool = False
     truth: dict[str, object] | None = field(default=None, compare=False)
 
 
@@ -66,7 +81,7 @@ class PairSource(Protocol):
     def next(self, timeout_s: float) -> FramePair | None:
         """Newest pair not delivered yet.
 
-        Older ones are discarded and counted in `FramePair.dropped`.
+        Older ones are discarded and counted in `FramePair.dropped`. The pictures are the receiver's own.
 
         Parameters
         ----------
@@ -83,3 +98,6 @@ class PairSource(Protocol):
 
 class EndOfRecording(CameraError):  # noqa: N818  an end is not an error of anybody's
     """The recording was played once and is over."""
+
+    def __init__(self, message: str) -> None:
+        super().__init__(message, "recording_over")

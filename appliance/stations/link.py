@@ -54,6 +54,8 @@ class ReadingMessage(_Message):
         Whether the diameter may be used.
     reasons : int
         Bits of `reason_word`.
+    faults : dict of str to str
+        Faults that leave the value standing: names in the fault table, and what exactly is wrong.
     trust_limit : float
         Most that the trust may be, in percent, whatever windows and uncertainty say.
     """
@@ -71,6 +73,7 @@ class ReadingMessage(_Message):
     expanded_uncertainty_mm: float | None
     diameter_virtual_board_mm: float | None
     weighted_deviation_mm: float | None
+    faults: dict[str, str] = {}
     trust_limit: float = 100.0
     windows_kept: int
     windows_total: int

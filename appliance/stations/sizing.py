@@ -11,19 +11,23 @@ import socket
 import sys
 import threading
 import time
+from functools import partial
 
+from appliance.cameras.liveness import Exposure, Liveness, Verdict
 from appliance.cameras.mill import MillSource
 from appliance.cameras.recording import RecordingSource
 from appliance.cameras.source import CameraError, EndOfRecording, FramePair, PairSource
 from appliance.gauging import TimedGauge, mill_rig
 from appliance.rigs import RigError, load_rig
 from appliance.settings import RecordingCamera, SizingSettings
+from appliance.stations.limits import EXIT_OUT_OF_MEMORY, limit_process
 from appliance.stations.link import ReadingMessage, StateMessage, StationLink
 from vision.readings import SizeReading
 from vision.sizing.gauge import Gauge
 
-PAIR_TIMEOUT_S = 1.0
+PAIR_TIMEOUT_S = 0.2
 PAUSE_S = 1.0
+REOPEN_AFTER_S = 5.0  # cameras whose pictures have not counted for so long are opened again
 LEAVE_TIME_S = 2.0
 
 
@@ -32,9 +36,13 @@ def main() -> None:
     connection = socket.socket(fileno=int(sys.argv[1]))
     with connection, connection.makefile("rb") as lines:
         settings = SizingSettings.model_validate_json(lines.readline())
+        limit_process(settings.memory_max_mb)
         closed = threading.Event()
         threading.Thread(target=_wait_for_close, args=(connection, closed), daemon=True).start()
-        run(settings, StationLink(connection), closed)
+        try:
+            run(settings, StationLink(connection), closed)
+        except MemoryError:
+            os._exit(EXIT_OUT_OF_MEMORY)  # tidying up needs memory too
 
 
 def _wait_for_close(connection: socket.socket, closed: threading.Event) -> None:
@@ -62,27 +70,40 @@ def run(settings: SizingSettings, link: StationLink, closed: threading.Event) ->
         except EndOfRecording as error:
             _stay_at_end(link, closed, str(error))
         except CameraError as error:
-            link.send(_fault("camera_lost", str(error)))
+            link.send(_fault(error.fault, str(error)))
         except RigError as error:
             link.send(_fault("rig_unusable", str(error)))
         closed.wait(PAUSE_S)
 
 
 def _measure(settings: SizingSettings, link: StationLink, closed: threading.Event) -> None:
-    source = _source(settings)
+    source = source_of(settings)
     gauge = _gauge(settings, source, link)
     with source:
+        liveness = Liveness(settings.liveness, time.monotonic(), numbered=source.simulated)
         while not closed.is_set():
             pair = source.next(PAIR_TIMEOUT_S)
-            if pair is None:
-                link.send(_fault("camera_lost", f"no picture for {PAIR_TIMEOUT_S:g} s; check the cameras"))
+            verdict = liveness.look(pair and Exposure.of(pair), time.monotonic())
+            if pair is None or not verdict.counts:
+                _tell_lost(verdict, link)
                 continue
             reading, elapsed_ms = gauge.measure(pair.left, pair.right)
-            dropped = pair.dropped + link.dropped
-            link.send(to_message(reading, pair, elapsed_ms, dropped=dropped, simulated=source.simulated))
+            message = to_message(
+                reading, pair, elapsed_ms, dropped=pair.dropped + link.dropped, simulated=source.simulated
+            )
+            link.send(message.model_copy(update={"faults": verdict.faults}))
 
 
-def _source(settings: SizingSettings) -> PairSource:
+def _tell_lost(verdict: Verdict, link: StationLink) -> None:
+    """Tell what is wrong with pictures that do not count; after a while raise it, and the source is opened again."""
+    for fault, detail in verdict.faults.items():
+        if verdict.lost_s > REOPEN_AFTER_S:
+            raise CameraError(detail, fault)
+        link.send(_fault(fault, detail))
+
+
+def source_of(settings: SizingSettings) -> PairSource:
+    """The source of image pairs that the settings name, not opened yet."""
     camera = settings.camera
     if isinstance(camera, RecordingCamera):
         return RecordingSource(camera.path, rate_hz=camera.rate_hz, loop=camera.loop)
@@ -90,11 +111,12 @@ def _source(settings: SizingSettings) -> PairSource:
 
 
 def _gauge(settings: SizingSettings, source: PairSource, link: StationLink) -> TimedGauge[SizeReading]:
+    gauge = partial(Gauge, ovality_mm=settings.ovality_mm)
     if settings.rig is not None:
-        return TimedGauge(load_rig(settings.rig), str(settings.rig), Gauge)
+        return TimedGauge(load_rig(settings.rig), str(settings.rig), gauge)
     if isinstance(source, MillSource):
         link.send(StateMessage(state="starting"))
-        return TimedGauge(mill_rig(source), "rig of the simulated mill", Gauge)
+        return TimedGauge(mill_rig(source), "rig of the simulated mill", gauge)
     raise RigError("sizing.rig is not set; make a rig file with `hotgauge calibrate` and set it")
 
 

@@ -1,5 +1,6 @@
 """Writes the tables of this folder from the code that they describe: `make tables`."""
 
+import logging
 from pathlib import Path
 
 from appliance.alarms import ALARMS
@@ -48,11 +49,24 @@ def reasons() -> str:
 def faults() -> str:
     """The fault table."""
     rows = [
-        (str(row.code), f"`{row.name}`", row.state.name.lower().replace("_", " "), row.text, row.remedy)
+        (
+            str(row.code),
+            f"`{row.name}`",
+            str(row.bit),
+            row.state.name.lower().replace("_", " "),
+            logging.getLevelName(row.severity).lower(),
+            "until acknowledged" if row.latching else "",
+            row.text,
+            row.remedy,
+        )
         for row in FAULTS
     ]
-    intro = "Trouble with the equipment; `device_state` is the NE 107 class of the worst active one."
-    return _document("Faults", intro, ("code", "name", "device state", "text", "remedy"), rows)
+    intro = (
+        "Trouble with the equipment. `device_state` is the NE 107 class of the worst active one; a bit of `fault_word` "
+        "is set as long as its fault is active, and where it says so until the PLC acknowledges."
+    )
+    head = ("code", "name", "bit of `fault_word`", "device state", "severity", "latches", "text", "remedy")
+    return _document("Faults", intro, head, rows)
 
 
 def scenes() -> str:
@@ -69,7 +83,7 @@ def alarms() -> str:
             str(coil),
             f"`{row.name}`",
             row.priority,
-            f"`{row.cause}`",
+            ", ".join(f"`{cause}`" for cause in row.causes),
             f"{row.on_delay_s:g}",
             f"{row.off_delay_s:g}",
             row.text,
@@ -78,7 +92,7 @@ def alarms() -> str:
         for coil, row in enumerate(ALARMS)
     ]
     intro = "Alarms after ISA-18.2, by coil. A cause is a fault of the fault table or a condition of the process."
-    head = ("coil", "name", "priority", "cause", "on-delay, s", "off-delay, s", "text", "remedy")
+    head = ("coil", "name", "priority", "causes", "on-delay, s", "off-delay, s", "text", "remedy")
     return _document("Alarms", intro, head, rows)
 
 

@@ -160,7 +160,9 @@ def run_sequence(case):
 
 
 def aligned(gauge, left, right):
-    outlines = tuple(grid.bars(image, gauge._decode)[0] for grid, image in zip(gauge._grids, (left, right), strict=True))
+    outlines = tuple(
+        grid.bars(image, gauge._decode)[0] for grid, image in zip(gauge._grids, (left, right), strict=True)
+    )
     regions = gauge._regions((left, right), outlines)
     edges = [gauge._view_edges(region, outline) for region, outline in zip(regions, outlines, strict=True)]
     return Alignment(gauge.rig, gauge._boards, *regions, True), [view.outline for view in edges]
@@ -282,7 +284,9 @@ def of_windows(rows):
             "frames_with_corrupt_windows": len(worse),
             "median_rmse_all_mm": round(float(np.median([row["rmse_all_mm"] for row in worse])), 3),
             "median_rmse_kept_mm": round(float(np.median([row["rmse_kept_mm"] for row in worse])), 3),
-            "median_sigma_ratio": round(float(np.median([r["sigma_corrupt_mm"] / r["sigma_good_mm"] for r in worse])), 2),
+            "median_sigma_ratio": round(
+                float(np.median([r["sigma_corrupt_mm"] / r["sigma_good_mm"] for r in worse])), 2
+            ),
         }
     return told
 
@@ -296,7 +300,9 @@ def of_heights(rows):
             f"{o:+.0f} mm": round(float(np.median(q)), 2) for o, q in zip(off, quality.T, strict=True)
         },
         "right_sign_share": round(float(np.mean(np.sign(quality[:, off != 0]) == np.sign(off[off != 0]))), 4),
-        "best_at_the_right_height_share": round(float(np.mean(np.abs(quality).max(axis=1) <= np.abs(quality[:, 3]) + 0.5)), 4),
+        "best_at_the_right_height_share": round(
+            float(np.mean(np.abs(quality).max(axis=1) <= np.abs(quality[:, 3]) + 0.5)), 4
+        ),
     }
 
 

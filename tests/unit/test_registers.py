@@ -33,7 +33,7 @@ BLOCK_NAMES = re.findall(
     diameter_virtual_board weighted_deviation trust deviation decision correction alignment_quality
     plane_height windows_kept windows_total bar_sequence bar_min bar_mean bar_max ingot_orientation
     ingot_confidence ingot_sequence ingot_validity ingot_age ssim_top ssim_bottom alarm_word frames_dropped
-    cycle_time test_float test_u32 diameter_u16 expanded_uncertainty_u16 diameter_cold_u16 trust_u16
+    cycle_time fault_word test_float test_u32 diameter_u16 expanded_uncertainty_u16 diameter_cold_u16 trust_u16
     deviation_i16 correction_i16
 """,
 )
@@ -173,7 +173,7 @@ def test_no_value_is_a_quiet_nan_and_the_reserved_integers(nothing):
 
 def test_nothing_at_all_gives_no_value_everywhere_and_never_zero_for_a_measurement():
     values = decode(words_of(encode({})))
-    assert values["map_version"] == 2
+    assert values["map_version"] == 3
     assert values["sequence"] == values["validity"] == values["alarm_word"] == 0
     measured = [row for row in BLOCK if row.unit and row.constant is None]
     assert [row.name for row in measured if values[row.name] is not None] == []

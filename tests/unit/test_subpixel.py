@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from vision.edges.subpixel import edge_blur_px, edge_shading, half_level_crossing, sample_profiles
+from vision.edges.subpixel import (
+    edge_blur_px,
+    edge_shading,
+    even_profiles,
+    fitted_edges,
+    half_level_crossing,
+    sample_profiles,
+)
 
 OFFSETS = np.arange(-9.0, 9.25, 0.25)
 
@@ -90,8 +97,52 @@ def test_patches_on_the_bar_do_not_count_as_shading():
 
 
 def test_profiles_are_sampled_along_the_normal_and_empty_outside():
-    y, x = np.mgrid[0:20, 0:30].astype(np.float32)
+    y, x = np.mgrid[0:20, 0:30]
+    picture = np.stack([np.zeros_like(x), x + 5 * y], axis=-1).astype(np.uint8)
+    decode = np.arange(256, dtype=np.float32)
     normal = np.array([[0.6, 0.8]])
-    values = sample_profiles(x + 100 * y, np.array([[10.0, 8.0]]), normal, np.array([-1.0, 0.0, 2.0, 50.0]))
-    np.testing.assert_allclose(values[0, :3], [9.4 + 720, 10 + 800, 11.2 + 960])
+    values = sample_profiles(picture, 1, decode, np.array([[10.0, 8.0]]), normal, np.array([-1.0, 0.0, 2.0, 50.0]))
+    np.testing.assert_allclose(values[0, :3], [9.4 + 36, 10 + 40, 11.2 + 48])
     assert np.isnan(values[0, 3])
+
+
+def patched(place, patch_px, darker=0.3):
+    """A bar's edge with a dark patch that begins some way behind it."""
+    edge = blurred_step(place, 0.9, 0.0, 1.0)
+    return 0.03 + 0.57 * (edge - darker * norm.cdf((OFFSETS - place - patch_px) / 0.9))
+
+
+def located(profile):
+    crossings = half_level_crossing(profile, OFFSETS, 0.9, expected_px=0.0)
+    even = even_profiles(profile, OFFSETS, crossings, 0.9)
+    return crossings.place_px, *fitted_edges(profile, OFFSETS, crossings, even, 0.9)
+
+
+def test_an_edge_s_own_shape_agrees_with_half_level_on_a_clean_edge():
+    rng = np.random.default_rng(4)
+    places = rng.uniform(-0.8, 0.8, 300)
+    profile = np.array([blurred_step(place, 0.9) for place in places]) + rng.normal(0, 0.004, (300, OFFSETS.size))
+    half, fitted, _, uneven = located(profile)
+    assert abs(np.mean(fitted - places)) < 0.003
+    assert np.std(fitted - places) < 0.03
+    assert np.isfinite(fitted).mean() > 0.95
+    assert uneven < 0.05
+    assert abs(np.median(fitted - half)) < 0.003
+
+
+def test_edges_that_a_patch_would_move_are_left_out_and_told():
+    rng = np.random.default_rng(5)
+    places = rng.uniform(-0.3, 0.3, 300)
+    near = rng.uniform(1.5, 6.0, 300)
+    spoilt = np.arange(300) % 3 == 0
+    profile = np.array(
+        [
+            patched(place, patch) if spoil else blurred_step(place, 0.9)
+            for place, patch, spoil in zip(places, near, spoilt, strict=True)
+        ]
+    ) + rng.normal(0, 0.004, (300, OFFSETS.size))
+    half, fitted, _, uneven = located(profile)
+    assert uneven == pytest.approx(1 / 3, abs=0.1)
+    assert np.nanmax(np.abs(half - places)[spoilt]) > 0.15
+    assert np.nanmax(np.abs(fitted - places)) < 0.12
+    assert np.isfinite(fitted[~spoilt]).mean() > 0.95

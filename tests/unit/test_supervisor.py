@@ -1,10 +1,7 @@
 """The supervisor with a measuring process that does what it is told, seen over the wire as a PLC sees it."""
 
-import asyncio
 import itertools
-import os
 import struct
-import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,81 +9,21 @@ from pathlib import Path
 import pytest
 from modbus_wire import Wire, eventually, read, write_coils, write_registers
 from plc_view import Values, has_none, has_value, look, look_at_bits, wait_for
+from rehearsal import Rehearsal, rehearsing
 
-from appliance import supervisor as supervisor_module
 from appliance.faults import DeviceState
 from appliance.kept import FILE_NAME
-from appliance.settings import PlcSettings, Settings
 from appliance.stations import keeper
-from appliance.supervisor import StartRefusedError, Supervisor
 from plc.registers import READING_RING, SET_POINTS, decode
 from vision.readings import Reason
 
 TESTS = Path(__file__).parents[1]
 
 
-class Rehearsal:
-    """A supervisor in a thread, its fake station's script, and a PLC's connection."""
-
-    def __init__(self, script: Path) -> None:
-        self._script = script
-        self.refused: StartRefusedError | None = None
-        self.keep_in(None)
-
-    def keep_in(self, folder: Path | None) -> None:
-        """Make a supervisor that keeps what the PLC writes in this folder."""
-        self._serving = threading.Event()
-        self._port = 0
-        plc = PlcSettings(writes="all", silent_after_s=1).model_copy(update={"port": 0, "state_directory": folder})
-        self.supervisor = Supervisor(Settings().model_copy(update={"plc": plc}))
-        self._thread = threading.Thread(target=self._run)
-
-    def tell(self, mode: str) -> None:
-        new = self._script.with_suffix(".new")
-        new.write_text(mode, encoding="utf-8")
-        new.replace(self._script)
-
-    def start(self) -> None:
-        self._thread.start()
-
-    def connect(self) -> Wire:
-        assert self._serving.wait(10)
-        return Wire(self._port)
-
-    def finish(self) -> None:
-        if self._thread.is_alive():
-            self._loop.call_soon_threadsafe(self.supervisor.stop)
-        self.wait_for_end()
-
-    def wait_for_end(self) -> None:
-        self._thread.join(10)
-        assert not self._thread.is_alive()
-
-    def _run(self) -> None:
-        try:
-            asyncio.run(self._supervise())
-        except StartRefusedError as error:
-            self.refused = error
-
-    async def _supervise(self) -> None:
-        self._loop = asyncio.get_running_loop()
-        await self.supervisor.run(self._on_serving)
-
-    def _on_serving(self, port: int) -> None:
-        self._port = port
-        self._serving.set()
-
-
 @pytest.fixture
 def rehearsal(tmp_path, monkeypatch) -> Iterator[Rehearsal]:
-    script = tmp_path / "script"
-    monkeypatch.setenv("FAKE_STATION", str(script))
-    monkeypatch.setenv("PYTHONPATH", f"{TESTS}{os.pathsep}{TESTS.parent}")
-    monkeypatch.setattr(supervisor_module, "SIZING_STATION", "fake_station")
-    rehearsal = Rehearsal(script)
-    rehearsal.tell("measure")
-    yield rehearsal
-    rehearsal.finish()
+    with rehearsing("fake_station", tmp_path, monkeypatch) as rehearsal:
+        yield rehearsal
 
 
 @pytest.fixture

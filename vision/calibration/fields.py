@@ -34,6 +34,10 @@ class Fields:
         except json.JSONDecodeError as error:
             raise ValueError(f"not well-formed JSON: {error}") from error
 
+    def __contains__(self, key: str) -> bool:
+        """Whether the object has a key."""
+        return key in self._values
+
     def value(self, key: str) -> Any:
         """Value of a key that must be there."""
         if key not in self._values:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from vision.calibration.fields import Fields
 from vision.calibration.lens import distort, undistort
+from vision.calibration.marks import NO_MARKS, Marks
 
 Response = Literal["srgb", "linear", "gamma 2.2"]
 
@@ -24,6 +25,7 @@ CAMERA_PARAMETERS = (
     *("t_x", "t_y", "t_z"),
 )
 
+SIDES = ("left", "right")
 BOARD_NAMES = ("left_low", "right_low", "left_high", "right_high")
 
 
@@ -163,6 +165,8 @@ class Rig:
         Root mean square of the reprojection residuals of the calibration, per coordinate.
     has_world : bool
         False when no registration picture fixed the world frame: the frame is then the left camera's own.
+    marks : tuple of two Marks
+        Still marks in the left and in the right picture; none when the rig was made without registration pictures.
     """
 
     left: Camera
@@ -177,6 +181,7 @@ class Rig:
     boards: dict[str, NDArray[np.float64]]
     residual_px: float
     has_world: bool = True
+    marks: tuple[Marks, Marks] = (NO_MARKS, NO_MARKS)
 
     @property
     def baseline_mm(self) -> float:
@@ -240,6 +245,7 @@ class Rig:
             "height_u_mm": self.height_u_mm,
             "residual_px": self.residual_px,
             "has_world": self.has_world,
+            "marks": {side: marks.to_values() for side, marks in zip(SIDES, self.marks, strict=True)},
             "boards": {name: self.boards[name].tolist() for name in BOARD_NAMES},
             "covariance": self.covariance.tolist(),
         }
@@ -281,6 +287,7 @@ class Rig:
             boards={name: boards.array(name, (None, 2)) for name in BOARD_NAMES},
             residual_px=_read_not_negative(fields, "residual_px"),
             has_world=fields.flag("has_world"),
+            marks=_read_marks(fields),
         )
 
 
@@ -326,6 +333,15 @@ def _read_covariance(fields: Fields) -> NDArray[np.float64]:
     if not symmetric or np.linalg.eigvalsh(correlation).min() < -1e-6:
         fields.refuse("covariance", "this is no covariance matrix: symmetric, no negative variance")
     return covariance
+
+
+def _read_marks(fields: Fields) -> tuple[Marks, Marks]:
+    """Marks of both cameras; none in a file that was written before there were any."""
+    if "marks" not in fields:
+        return NO_MARKS, NO_MARKS
+    marks = fields.section("marks")
+    left, right = (Marks.from_fields(marks.section(side)) for side in SIDES)
+    return left, right
 
 
 def _read_interval(fields: Fields, key: str) -> tuple[float, float]:

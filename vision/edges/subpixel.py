@@ -24,7 +24,7 @@ SHAPE_STEP_PX = 0.25
 FLANK_SIGMAS = (3.0, 1.2)  # outwards and inwards of the edge: where its shape is fitted
 FIT_ROUNDS = 6
 MISFIT, MISFITS = 0.04, 3.0  # of the step, root mean square, and of the median: beyond both it is another edge
-EVEN = 0.08  # of the step: how far light behind the edge may differ
+EVEN, UNEVEN = 0.08, 0.15  # of the step: how far light behind the edge may differ, without and with noise
 QUIET, NOISES = 0.25, 4.0  # share of the profiles that differ by noise alone, and how many times that is no noise
 LEAST_EVEN = 0.4  # of the profiles: so many are kept
 MOVED_PX = 1.5  # a fit that leaves its crossing further has found something else
@@ -241,7 +241,7 @@ def fitted_edges(
     uneven_share = 0.0
     if found.any():
         quiet, enough = np.quantile(off[found], [QUIET, LEAST_EVEN])
-        most = max(EVEN, NOISES * quiet)
+        most = float(np.clip(NOISES * quiet, EVEN, UNEVEN))
         uneven_share = float(np.mean(off[found] > most))
         place[~(off <= max(most, enough))] = np.nan
     moved = (place - crossings.place_px)[even]

@@ -7,12 +7,14 @@ from numpy.typing import NDArray
 from scipy import special
 
 from vision.calibration.bundle import N_CAMERA, project_with_slopes
-from vision.calibration.rig import Rig
+from vision.calibration.rig import CAMERA_PARAMETERS, Rig
 from vision.sizing.cylinder import CylinderFit, touched_points
 from vision.sizing.limb import LimbPoints
 from vision.sizing.points import EdgePoints
 
 Array = NDArray[np.float64]
+
+OMEGA = slice(CAMERA_PARAMETERS.index("omega_x"), CAMERA_PARAMETERS.index("omega_z") + 1)
 
 U_EXPONENT = 0.01  # relative, of the camera's response: how far a power law of its code values may be off
 U_PLACE_PX = 0.01  # of a whole limb: what a perfect-looking edge may still be off
@@ -40,7 +42,13 @@ class Budget:
 
 
 def uncertainty_budget(
-    fit: CylinderFit, points: EdgePoints, windows: int, rig: Rig, limbs: list[LimbPoints], ovality_mm: float
+    fit: CylinderFit,
+    points: EdgePoints,
+    windows: int,
+    rig: Rig,
+    limbs: list[LimbPoints],
+    ovality_mm: float,
+    moved_px: tuple[float, float],
 ) -> Budget:
     """All parts of the diameter's uncertainty.
 
@@ -56,6 +64,8 @@ def uncertainty_budget(
         In the order of `points.limb`.
     ovality_mm : float
         Greatest minus least width that the section may have.
+    moved_px : tuple of float
+        How far the pictures have moved since the calibration; NaN where nobody knows.
 
     Returns
     -------
@@ -70,7 +80,7 @@ def uncertainty_budget(
     off_px = np.array([_off_px(fit, points, index, limb) for index, limb in enumerate(limbs)])
     return Budget(
         edge_mm=fit.u_diameter_mm,
-        calibration_mm=_calibration_mm(fit, points, rig),
+        calibration_mm=_calibration_mm(fit, points, rig, moved_px),
         board_mm=fit.diameter_mm * rig.square_relative_u,
         # response and overexposure move all limbs the same way, a limb's own fault only that limb
         light_mm=float(np.hypot(reach_mm @ shift_px, reach_mm @ clipped_px)),
@@ -108,7 +118,7 @@ def _off_px(fit: CylinderFit, points: EdgePoints, index: int, limb: LimbPoints) 
     return float(np.linalg.norm([U_PLACE_PX, U_SHADING * limb.shading_px, middle_px, bias_px]))
 
 
-def _calibration_mm(fit: CylinderFit, points: EdgePoints, rig: Rig) -> float:
+def _calibration_mm(fit: CylinderFit, points: EdgePoints, rig: Rig, moved_px: tuple[float, float]) -> float:
     """The rig's covariance through one linear step of the fit; one point stands for each window of a limb.
 
     When a camera changes a little, a limb moves in its picture as the point does that is seen there on the bar: the
@@ -120,7 +130,7 @@ def _calibration_mm(fit: CylinderFit, points: EdgePoints, rig: Rig) -> float:
     # growth of the diameter per pixel by which all points of a strip move outwards
     growth_mm = -2 * np.bincount(index, fit.gain[4] / fit.pixel_per_mm)
     touched_mm, outwards = touched_points(fit.parameters, middle.rays(rig))
-    slope = np.zeros(2 * N_CAMERA)
+    slope, moved_mm2 = np.zeros(2 * N_CAMERA), 0.0
     for view, camera in enumerate((rig.left, rig.right)):
         mine = middle.view == view
         _, by_camera, by_point = project_with_slopes(camera, touched_mm[mine])
@@ -128,4 +138,7 @@ def _calibration_mm(fit: CylinderFit, points: EdgePoints, rig: Rig) -> float:
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
         # a camera that shows the bar further outwards makes the points that were found lie further inwards
         slope[view * N_CAMERA :][:N_CAMERA] = -np.einsum("n,ni,nij->j", growth_mm[mine], normal, by_camera)
-    return float(np.sqrt(max(slope @ rig.covariance @ slope, 0.0)))
+        # a camera that has moved may have turned that far about any of its axes
+        turned = np.nan_to_num(moved_px[view]) / camera.K[0, 0]
+        moved_mm2 += float(np.sum((turned * slope[view * N_CAMERA :][OMEGA]) ** 2))
+    return float(np.sqrt(max(slope @ rig.covariance @ slope, 0.0) + moved_mm2))

@@ -1,6 +1,7 @@
 """The gauge: the bar's diameter by both routes, each judged by the other."""
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +14,9 @@ from vision.sizing.virtual_board import VirtualBoardGauge
 from vision.sizing.virtual_board_reading import VirtualBoardReading
 
 Image = NDArray[np.uint8]
+
+MOVED_PX = 0.3  # of the still marks: the camera has moved, and its calibration is due
+LOST_PX = 4.0  # so far that its calibration says nothing any more
 
 
 class Gauge:
@@ -31,6 +35,8 @@ class Gauge:
     """
 
     def __init__(self, rig: Rig, ovality_mm: float = 0.0) -> None:
+        self._rig = rig
+        self._beside = ThreadPoolExecutor(1)
         self._tangent = TangentGauge(rig, ovality_mm)
         self._virtual_board = VirtualBoardGauge(rig)
 
@@ -45,7 +51,8 @@ class Gauge:
         Returns
         -------
         SizeReading
-            Reasons as in `TangentGauge.measure`; also `routes_disagree`.
+            Reasons as in `TangentGauge.measure`; also, without a value, `camera_moved`, and with one, `routes_disagree` and
+            `calibration_due`.
 
         Raises
         ------
@@ -53,10 +60,28 @@ class Gauge:
             A picture is not 8 bit, not grey or three-channel, or not of the size that the rig was calibrated for.
         """
         outlines = self._tangent.find(left, right)
+        moved_px = self._moved_px(left, right)
+        moved = _reasons_of_move(max(np.nan_to_num(moved_px)))
         if isinstance(outlines, Reason):
-            return SizeReading(reasons=outlines)
-        tangent = self._tangent.measure_bar(left, right, outlines)
-        return judged(tangent, self._virtual_board.measure_bar(left, right, outlines))
+            return SizeReading(reasons=outlines | moved)
+        if moved.forbids_value:
+            return SizeReading(reasons=moved)
+        tangent = self._tangent.measure_bar(left, right, outlines, moved_px)
+        reading = judged(tangent, self._virtual_board.measure_bar(left, right, outlines))
+        return replace(reading, reasons=reading.reasons | moved)
+
+    def _moved_px(self, left: Image, right: Image) -> tuple[float, float]:
+        """How far each camera's still marks have moved."""
+        marks = self._rig.marks
+        beside = self._beside.submit(marks[0].moved_px, left)
+        right_px = marks[1].moved_px(right)
+        return beside.result(), right_px
+
+
+def _reasons_of_move(moved_px: float) -> Reason:
+    if moved_px > LOST_PX:
+        return Reason.CAMERA_MOVED
+    return Reason.CALIBRATION_DUE if moved_px > MOVED_PX else Reason.NONE
 
 
 def judged(tangent: SizeReading, virtual_board: VirtualBoardReading) -> SizeReading:

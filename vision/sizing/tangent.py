@@ -40,6 +40,7 @@ DIAMETER_MM = (40.0, 500.0)
 OFF_ROLLERS_SHARE, OFF_ROLLERS_MM = 0.02, 12.0  # of the diameter, and beside it: how high a bar may bounce
 WORST_LIMB_PX = 1.5  # how far the middle one of a limb's windows may be off the cylinder
 SIDES = (-1, +1)
+UNKNOWN = (np.nan, np.nan)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -136,8 +137,18 @@ class TangentGauge:
             return Reason.ONE_CAMERA
         return Reason.SEVERAL_BARS if max(count) > 1 else (found[0][0], found[1][0])
 
-    def measure_bar(self, left: Image, right: Image, outlines: tuple[Outline, Outline]) -> SizeReading:
-        """Diameter of a bar that `find` found; parameters, reasons and errors as in `measure`."""
+    def measure_bar(
+        self, left: Image, right: Image, outlines: tuple[Outline, Outline], moved_px: tuple[float, float] = UNKNOWN
+    ) -> SizeReading:
+        """Diameter of a bar that `find` found; reasons and errors as in `measure`.
+
+        Parameters
+        ----------
+        left, right : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        outlines : tuple of two Outline
+        moved_px : tuple of float
+            How far each picture has moved since the calibration; NaN where nobody knows.
+        """
         pictures = self._checked(left, right)
         rough = self._both(lambda index: self._views[index].rough_limbs(pictures[index], outlines[index]))
         planes = self._planes([*rough[0], *rough[1]])
@@ -149,7 +160,7 @@ class TangentGauge:
         reasons = _reasons_of_limbs(limbs, shown)
         if reasons.forbids_value:
             return SizeReading(reasons=reasons)
-        return self._read([limbs[index] for index in shown], cylinder, reasons)
+        return self._read([limbs[index] for index in shown], cylinder, reasons, moved_px)
 
     def _checked(self, left: Image, right: Image) -> tuple[Image, Image]:
         first, second = self._views
@@ -193,7 +204,9 @@ class TangentGauge:
         plane = TangentPlane.touching(self._views[limb.view].camera.centre_mm, cylinder, limb.side)
         return plane.stations_mm(cylinder, limb.place_mm)
 
-    def _read(self, limbs: list[LimbPoints], cylinder: Array, reasons: Reason) -> SizeReading:
+    def _read(
+        self, limbs: list[LimbPoints], cylinder: Array, reasons: Reason, moved_px: tuple[float, float]
+    ) -> SizeReading:
         region = self.rig.region_y_mm
         stations = [self._stations(limb, cylinder) for limb in limbs]
         points = EdgePoints.of_limbs(limbs, stations, region[0], WINDOW_MM)
@@ -208,7 +221,7 @@ class TangentGauge:
             reasons |= Reason.FEW_WINDOWS
         if reasons.forbids_value:
             return SizeReading(reasons=reasons, windows_kept=kept, windows_total=total)
-        budget = uncertainty_budget(fit, points, total, self.rig, limbs, self._ovality_mm)
+        budget = uncertainty_budget(fit, points, total, self.rig, limbs, self._ovality_mm, moved_px)
         return _reading(fit, budget, reasons, kept, total)
 
 
@@ -254,16 +267,16 @@ def _reasons_of_ends(fit: CylinderFit, points: EdgePoints, region_y_mm: tuple[fl
     good = np.abs(fit.residual_px) < END_AGREES_PX
     limbs = [points.station_mm[good & (points.limb == limb)] for limb in range(points.limb.max() + 1)]
     showing = np.sum([np.histogram(stations, edges)[0] > 0 for stations in limbs], axis=0)
-    filled = np.flatnonzero(showing >= LIMBS_AT_END)
-    if not filled.size:
+    shown, sure = np.flatnonzero(showing), np.flatnonzero(showing >= LIMBS_AT_END)
+    if not sure.size:
         return Reason.EDGE_NOT_FOUND
-    first_mm, last_mm = edges[filled[0]], edges[filled[-1] + 1]
+    first_mm, last_mm = edges[shown[0]], edges[shown[-1] + 1]
     reasons = Reason.NONE
     if last_mm < region_y_mm[1] - ENDS_MM:
         reasons |= Reason.BAR_HEAD
     if first_mm > region_y_mm[0] + ENDS_MM:
         reasons |= Reason.BAR_TAIL
-    if last_mm - first_mm - BIN_MM < LEAST_COVERED * (region_y_mm[1] - region_y_mm[0]):
+    if edges[sure[-1]] - edges[sure[0]] < LEAST_COVERED * (region_y_mm[1] - region_y_mm[0]):
         reasons |= Reason.BAR_TOO_SHORT
     return reasons
 

@@ -1,0 +1,119 @@
+"""What the service manager is told and how the log reaches the journal. The only importer of systemd-python.
+
+Without the library or without a service manager nothing is told, and the log goes to standard error.
+"""
+
+import faulthandler
+import logging
+import os
+import select
+import socket
+from collections.abc import Mapping
+from typing import Protocol, cast
+
+
+class _Daemon(Protocol):
+    def notify(self, status: str) -> bool: ...
+
+
+class _Journal(Protocol):
+    def send(self, MESSAGE: str, **fields: object) -> None: ...
+
+
+try:
+    from systemd import daemon, journal  # pyright: ignore[reportMissingImports, reportMissingTypeStubs, reportUnknownVariableType, reportAttributeAccessIssue]
+except ImportError:
+    _daemon: _Daemon | None = None
+    _journal: _Journal | None = None
+else:
+    _daemon, _journal = cast("_Daemon", daemon), cast("_Journal", journal)
+
+JOURNAL = "/run/systemd/journal/socket"
+FIELD_PREFIX = "HOTGAUGE_"
+_FORMAT = "%(asctime)s %(levelname)s %(message)s"
+_SYSLOG = {logging.DEBUG: 7, logging.INFO: 6, logging.WARNING: 4, logging.ERROR: 3, logging.CRITICAL: 2}
+
+
+def available() -> bool:
+    """Whether systemd-python is installed."""
+    return _daemon is not None
+
+
+def is_managed() -> bool:
+    """Whether a service manager has started this process and waits to be told when it is ready."""
+    return "NOTIFY_SOCKET" in os.environ
+
+
+class ServiceManager:
+    """The service manager that has started this process, if any; telling it never waits and never raises."""
+
+    def __init__(self) -> None:
+        self._ready = False
+        self._status = ""
+
+    def ready(self) -> None:
+        """Say that the port answers."""
+        self._ready = _tell("READY=1")
+
+    def proof(self, status: str) -> None:
+        """Say that the port has answered with a heartbeat that moves, and what the gauge does, in words."""
+        news = f"\nSTATUS={status}" if status != self._status else ""
+        again = "" if self._ready else "\nREADY=1"
+        if _tell(f"WATCHDOG=1{news}{again}"):
+            self._ready = True
+            self._status = status
+
+    def stopping(self) -> None:
+        """Say that the end has begun."""
+        _tell("STOPPING=1")
+
+
+def _tell(state: str) -> bool:
+    """Whether the manager has been told; one that does not listen just now, or is gone, is not waited for."""
+    address = os.environ.get("NOTIFY_SOCKET", "")
+    if _daemon is None or not address:
+        return False
+    try:
+        return _listens(address) and _daemon.notify(state)
+    except OSError:
+        return False
+
+
+def _listens(address: str) -> bool:
+    """Whether a socket has room for a message; the library waits for room, and holds the interpreter while it does."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(f"\0{address[1:]}" if address.startswith("@") else address)
+        except OSError:
+            return False
+        return bool(select.select([], [probe], [], 0)[1])
+
+
+def start_log() -> None:
+    """Send the log to the journal if this process writes there anyway, else to standard error; crashes too."""
+    faulthandler.enable()
+    if _journal is not None and "JOURNAL_STREAM" in os.environ:
+        logging.basicConfig(level=logging.INFO, handlers=[_JournalHandler(_journal)])
+    else:
+        logging.basicConfig(level=logging.INFO, format=_FORMAT)
+
+
+class _JournalHandler(logging.Handler):
+    """Sends records with their fields, which are searched as in `journalctl HOTGAUGE_FAULT=103`."""
+
+    def __init__(self, journal: _Journal) -> None:
+        super().__init__()
+        self._journal = journal
+
+    def emit(self, record: logging.LogRecord) -> None:
+        try:
+            if _listens(JOURNAL):
+                self._journal.send(self.format(record), **fields_of(record))
+        except OSError:
+            self.handleError(record)
+
+
+def fields_of(record: logging.LogRecord) -> Mapping[str, object]:
+    """Fields of one line of the journal, beside its text."""
+    own = {name: value for name, value in vars(record).items() if name.startswith(FIELD_PREFIX)}
+    return {"PRIORITY": _SYSLOG.get(record.levelno, 6), "SYSLOG_IDENTIFIER": "hotgauge", "LOGGER": record.name, **own}
