@@ -19,6 +19,8 @@ port = {port}
 writes = "all"
 [sizing]
 stale_after_ms = 10000  # a busy computer may be late; lateness has tests of its own
+[sizing.liveness]
+idle_after_s = 120
 [sizing.camera]
 kind = "mill"
 seed = 5

@@ -27,6 +27,7 @@ silent_after_s = 1
 stale_after_ms = 5000  # a busy computer may be late; lateness has tests of its own
 [sizing.liveness]
 lost_after_ms = 5000
+idle_after_s = 120
 [sizing.camera]
 kind = "mill"
 seed = {seed}
@@ -127,7 +128,8 @@ def test_a_whole_shift_event_by_event(tmp_path, recordings):
 
 
 def the_line_starts(shift: Shift) -> None:
-    shift.until(lambda seen: seen.values["validity"] != 0, "connected", "measurement valid", "bar 1")
+    started = "connected", "measurement valid", "bar 1"
+    shift.until(lambda seen: seen.values["validity"] != 0, *started, within_s=60)
     seen = shift.next_bar(2)
     assert seen.values["decision"] == 0
     assert seen.values["correction"] is None
@@ -168,7 +170,8 @@ def assert_set_points_are_there(appliance: Appliance, folder: Path) -> None:
 
 
 def the_line_goes_on(shift: Shift) -> None:
-    seen = shift.until(lambda seen: seen.values["validity"] != 0, "connected", "measurement valid", "bar 1")
+    started = "connected", "measurement valid", "bar 1"
+    seen = shift.until(lambda seen: seen.values["validity"] != 0, *started, within_s=60)
     assert seen.values["deviation"] == pytest.approx(seen.values["diameter"] - FIRST_BAR_MM, abs=0.01)
     assert seen.values["decision"] == 1
 
