@@ -9,7 +9,9 @@ from vision.sizing.crossing import solve_section, tangent_cuts
 
 def plane_of(cameras_mm, bar):
     """Height at which the middles of both views' outlines coincide."""
-    return brentq(lambda height: np.subtract(*tangent_cuts(cameras_mm, bar, height).mean(axis=1)), -200, 600, xtol=1e-12)
+    return brentq(
+        lambda height: np.subtract(*tangent_cuts(cameras_mm, bar, height).mean(axis=1)), -200, 600, xtol=1e-12
+    )
 
 
 @pytest.mark.parametrize(("distance_mm", "g", "R"), [(3000.0, 0.3, 100.0), (1600.0, 0.6, 140.0), (4000.0, 0.1, 45.0)])

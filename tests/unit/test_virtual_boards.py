@@ -26,6 +26,8 @@ def test_a_linear_board_is_right_at_the_two_real_heights_only():
     for rig in RIGS:
         boards = VirtualBoards.of_rig(rig)
         for height_mm in (rig.low_mm, rig.high_mm):
-            assert np.abs(boards.corners(height_mm, projective=False)[0] - true_corners(rig.left, height_mm)).max() < 1e-9
+            assert (
+                np.abs(boards.corners(height_mm, projective=False)[0] - true_corners(rig.left, height_mm)).max() < 1e-9
+            )
         between = boards.corners(100.0, projective=False)[0]
         assert np.abs(between - true_corners(rig.left, 100.0)).max() * rig.left.K[0, 0] > 0.2
