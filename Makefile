@@ -32,6 +32,7 @@ study: $(VENV)/installed-dev
 
 bench: $(VENV)/installed-dev $(CONTRIB)/installed
 	PYTHONPATH=tests $(BIN)/python benchmarks/pair.py
+	PYTHONPATH=tests $(BIN)/python benchmarks/virtual_board.py
 	PYTHONPATH=tests $(BIN)/python benchmarks/edges.py
 	PYTHONPATH=tests $(BIN)/python benchmarks/fusion.py
 	PYTHONPATH=tests $(BIN)/python benchmarks/ingot.py

@@ -121,7 +121,7 @@ def run_windows(case):
         "good_discarded": int((there & ~corrupt & ~kept).sum()),
         "rmse_all_mm": rms(error_mm[there]),
         "rmse_kept_mm": rms(error_mm[kept]) if kept.any() else None,
-        "sigma_good_mm": float(np.median(sigma[there & ~corrupt])),
+        "sigma_good_mm": float(np.median(sigma[there & ~corrupt])) if (there & ~corrupt).any() else None,
         "sigma_corrupt_mm": float(np.median(sigma[corrupt])) if corrupt.any() else None,
     }
 
@@ -278,10 +278,10 @@ def of_windows(rows):
     total = {name: sum(row[name] for row in rows) for name in ("windows", "corrupt", "corrupt_discarded")}
     good = total["windows"] - total["corrupt"]
     told = total | {"good_discarded_share": round(sum(row["good_discarded"] for row in rows) / max(1, good), 4)}
-    worse = [row for row in rows if row["corrupt"] and row["rmse_kept_mm"] is not None]
+    worse = [row for row in rows if 0 < 2 * row["corrupt"] < row["windows"] and row["rmse_kept_mm"] is not None]
     if worse:
         told |= {
-            "frames_with_corrupt_windows": len(worse),
+            "frames_with_some_corrupt_windows": len(worse),
             "median_rmse_all_mm": round(float(np.median([row["rmse_all_mm"] for row in worse])), 3),
             "median_rmse_kept_mm": round(float(np.median([row["rmse_kept_mm"] for row in worse])), 3),
             "median_sigma_ratio": round(
