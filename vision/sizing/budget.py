@@ -108,11 +108,14 @@ def _off_rollers_mm(fit: CylinderFit, rig: Rig) -> float:
     """What an axis that is not R above the rollers leaves in doubt.
 
     The bar may hop, or a camera may have moved sideways, which edges cannot show: the bar then appears nearer or further
-    by that height h, and its diameter off by D h / Z, the half width of a rectangular distribution.
+    by that height h, and its diameter off by D h / Z. It is either that error or none: the divisor is that of a
+    distribution with its mass at both ends (arc sine).
     """
-    height_mm = max(0.0, abs(float(fit.parameters[1] - fit.parameters[4])) - HEIGHT_FREE_MM)
+    height_mm = abs(float(fit.parameters[1] - fit.parameters[4]))
+    if height_mm < HEIGHT_FREE_MM:
+        return 0.0
     depth_mm = min(float(np.linalg.norm(camera.centre_mm)) for camera in (rig.left, rig.right))
-    return fit.diameter_mm * height_mm / depth_mm / math.sqrt(3)
+    return fit.diameter_mm * height_mm / depth_mm / math.sqrt(2)
 
 
 def _off_px(fit: CylinderFit, points: EdgePoints, index: int, limb: LimbPoints) -> float:
