@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from appliance import kept as kept_module
-from appliance.cli import _welcome
+from appliance.commands.serving import welcome
 from appliance.kept import FILE_NAME, Kept, KeptError, read, state_folder, write
 from appliance.settings import PlcSettings, Settings
 
@@ -62,7 +62,7 @@ def test_without_a_folder_nothing_is_written(reports):
 def test_whoever_may_write_is_told_when_nothing_is_kept(monkeypatch, writes, folder, said):
     monkeypatch.delenv("STATE_DIRECTORY", raising=False)
     plc = PlcSettings(writes=writes, state_directory=folder)
-    assert "\n".join(_welcome(Settings(plc=plc), 5020)).count("in memory only") == said
+    assert "\n".join(welcome(Settings(plc=plc), 5020)).count("in memory only") == said
 
 
 @pytest.mark.parametrize(
