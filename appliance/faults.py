@@ -176,7 +176,7 @@ FAULTS: tuple[FaultRow, ...] = (
         logging.WARNING,
         "bars have stood out weakly from their background for a while",
         "clean the windows of both cameras and look for steam and light in front of them",
-        bit=26,
+        bit=28,
     ),
     FaultRow(
         304,
@@ -185,7 +185,7 @@ FAULTS: tuple[FaultRow, ...] = (
         logging.WARNING,
         "edges of the bars have been overexposed for a while",
         "shorten the exposure of both cameras",
-        bit=27,
+        bit=29,
     ),
     FaultRow(
         305,
@@ -194,7 +194,7 @@ FAULTS: tuple[FaultRow, ...] = (
         logging.WARNING,
         "a camera has moved since its calibration",
         "fix the cameras and run hotgauge calibrate",
-        bit=28,
+        bit=30,
     ),
     FaultRow(
         401,

@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 from typing import Generic, Protocol, TypeVar
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,11 +13,16 @@ from appliance.cameras.mill import MillSource
 from appliance.mill.boards import board_document
 from appliance.rigs import RigError
 from vision.calibration.board import Board
-from vision.calibration.rig import Rig
+from vision.calibration.rig import Camera, Rig
 from vision.calibration.stereo import calibrate
+from vision.sizing.region import PLANE_HEIGHT_MM
+from vision.sizing.rough import TangentPlane
+from vision.sizing.tangent import SIDES
 
 Picture = NDArray[np.uint8]
 Reading_co = TypeVar("Reading_co", covariant=True)
+
+DRAWN_MM = 150.0  # diameter of the bar that warms up
 
 
 class Measures(Protocol[Reading_co]):
@@ -47,10 +53,15 @@ class TimedGauge(Generic[Reading_co]):
     def __init__(self, rig: Rig, name: str, make: Callable[[Rig], Measures[Reading_co]]) -> None:
         self._rig = rig
         self._name = name
+        self._make = make
         try:
             self._gauge = make(rig)
         except ValueError as error:
             raise RigError(f"{name}: {error}; calibrate again") from error
+
+    def warm_up(self) -> None:
+        """Compile and load all that measuring needs, on a drawn bar, so that the first picture does not wait for it."""
+        self._make(self._rig).measure(*(_drawn_bar(camera) for camera in (self._rig.left, self._rig.right)))
 
     def measure(self, left: Picture, right: Picture) -> tuple[Reading_co, float]:
         """Reading of one pair, and the milliseconds that it took.
@@ -77,6 +88,21 @@ class TimedGauge(Generic[Reading_co]):
                 f"{self._name}: made for {side} pictures of {calibrated[0]} x {calibrated[1]}, these are "
                 f"{size[0]} x {size[1]}; use the rig that belongs to these cameras"
             )
+
+
+def _drawn_bar(camera: Camera) -> Picture:
+    """Grey picture of nothing but a bar on the rollers, as one camera would see it."""
+    cylinder = np.array([0.0, DRAWN_MM / 2, 0.0, 0.0, DRAWN_MM / 2])
+    y_mm = np.linspace(-400.0, 400.0, 50)
+    outline = []
+    for side in SIDES:
+        line = TangentPlane.touching(camera.centre_mm, cylinder, side).line
+        points = np.column_stack([line[0] * y_mm + line[1], y_mm, np.full(y_mm.size, PLANE_HEIGHT_MM)])
+        outline.append(camera.project(points)[::side])
+    columns, rows = camera.image_size
+    picture = np.full((rows, columns), 8, np.uint8)
+    cv2.fillPoly(picture, [np.rint(np.nan_to_num(np.concatenate(outline))).astype(np.int32)], (160,))
+    return np.asarray(cv2.GaussianBlur(picture, (0, 0), 1.0), np.uint8)
 
 
 def mill_rig(mill: MillSource) -> Rig:

@@ -79,6 +79,7 @@ def run(settings: SizingSettings, link: StationLink, closed: threading.Event) ->
 def _measure(settings: SizingSettings, link: StationLink, closed: threading.Event) -> None:
     source = source_of(settings)
     gauge = _gauge(settings, source, link)
+    gauge.warm_up()
     with source:
         liveness = Liveness(settings.liveness, time.monotonic(), numbered=source.simulated)
         while not closed.is_set():
@@ -113,7 +114,9 @@ def source_of(settings: SizingSettings) -> PairSource:
 def _gauge(settings: SizingSettings, source: PairSource, link: StationLink) -> TimedGauge[SizeReading]:
     gauge = partial(Gauge, ovality_mm=settings.ovality_mm)
     if settings.rig is not None:
-        return TimedGauge(load_rig(settings.rig), str(settings.rig), gauge)
+        rig = load_rig(settings.rig)
+        link.send(StateMessage(state="starting"))
+        return TimedGauge(rig, str(settings.rig), gauge)
     if isinstance(source, MillSource):
         link.send(StateMessage(state="starting"))
         return TimedGauge(mill_rig(source), "rig of the simulated mill", gauge)

@@ -16,8 +16,8 @@ from vision.sizing.tangent import TangentGauge
 
 TEXT = (
     "Route T, rig calibrated by the product from projected corners with detector noise and boards with print errors; "
-    "the cameras' responses are off by an exponent drawn from the budget's own uncertainty; 800 x 600. Each seed shows a "
-    "clean bar, one other condition and either an effect that the gauge does not model or nothing to be measured."
+    "the cameras' responses are off by an exponent drawn from the budget's own uncertainty; 800 x 600. Each seed shows "
+    "a clean bar, one other condition and either an effect that the gauge does not model or nothing to be measured."
 )
 CONDITIONS = ("scale", "post", "glare", "overexposed", "bar-end", "rollers", "haze")
 EFFECTS = ("ovality", "camber", "shimmer", "bounce", "nudged", "jpeg-420")

@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from messages import reading
 
-from appliance.recent import PerBar, ReadingRing
+from appliance.recent import Lasting, PerBar, ReadingRing, part_of_bar
 from plc.registers import VALUE_NAMES, decode, encode
 from vision.readings import Reason
 
@@ -132,3 +132,62 @@ def test_after_blindness_the_next_bar_is_another_one(bars):
     take(bars, 0.0, 200.0)
     bars.end()
     assert take(bars, 0.1, 200.0)["bar_sequence"] == 2
+
+
+HEAD, TAIL, SHORT = int(Reason.BAR_HEAD), int(Reason.BAR_TAIL), int(Reason.BAR_TOO_SHORT)
+
+
+def test_a_bar_is_seen_in_parts_one_after_the_other():
+    passing = [NO_BAR, SHORT | HEAD, HEAD, 0, TAIL, TAIL | SHORT, NO_BAR]
+    assert [part_of_bar(reasons).value for reasons in passing] == [
+        *("none", "enter", "head", "body", "tail", "leave", "none"),
+    ]
+
+
+def test_the_body_alone_counts_as_soon_as_there_is_one(bars):
+    assert take(bars, 0.0, 190.0, HEAD)["bar_min"] == 190.0
+    take(bars, 0.1, 200.0)
+    take(bars, 0.2, 202.0)
+    values = take(bars, 0.3, 180.0, TAIL)
+    assert (values["bar_min"], values["bar_mean"], values["bar_max"]) == (200.0, 201.0, 202.0)
+    assert values["bar_sequence"] == 1
+
+
+def test_a_bar_shorter_than_the_region_is_told_by_its_ends(bars):
+    take(bars, 0.0, 190.0, HEAD)
+    assert take(bars, 0.1, 192.0, HEAD | TAIL)["bar_mean"] == 191.0
+
+
+def active(lasting: Lasting, at_s: float, reasons: int) -> set[str]:
+    seen = lasting.take(reading(exposed_monotonic_s=at_s, reasons=reasons))
+    return {fault for fault, there in seen.items() if there}
+
+
+@pytest.mark.parametrize(
+    ("reason", "fault"),
+    [
+        (Reason.LOW_CONTRAST, "contrast_low"),
+        (Reason.SOME_EDGES_CLIPPED, "edges_overexposed"),
+        (Reason.EDGES_CLIPPED, "edges_overexposed"),
+        (Reason.CALIBRATION_DUE, "calibration_due"),
+        (Reason.CAMERA_MOVED, "calibration_due"),
+    ],
+)
+def test_a_doubt_becomes_a_fault_when_it_lasts_and_ends_when_it_is_long_gone(reason, fault):
+    lasting = Lasting(10.0)
+    assert not active(lasting, 0.0, int(reason))
+    assert not active(lasting, 9.9, int(reason))
+    assert active(lasting, 10.0, int(reason)) == {fault}
+    assert active(lasting, 15.0, 0) == {fault}
+    assert active(lasting, 24.9, 0) == {fault}
+    assert not active(lasting, 25.0, 0)
+
+
+def test_a_doubt_that_comes_and_goes_is_no_fault_and_gaps_between_bars_do_not_count():
+    lasting = Lasting(10.0)
+    for tick in range(40):
+        assert not active(lasting, float(tick), int(Reason.LOW_CONTRAST) if tick % 5 else 0)
+    for tick in range(40, 49):
+        active(lasting, float(tick), int(Reason.LOW_CONTRAST))
+    active(lasting, 49.0, NO_BAR)
+    assert active(lasting, 60.0, int(Reason.LOW_CONTRAST)) == {"contrast_low"}

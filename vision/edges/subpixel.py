@@ -257,7 +257,7 @@ def _shape(profile: Array, offsets_px: Array, crossings: Crossings, even: NDArra
 
 
 def _unevenness(profile: Array, offsets_px: Array, place: Array, dark: Array, step: Array, blur_px: float) -> Array:
-    """How far the light behind each edge is from that at the edge, over the step: more than noise where it crosses a patch.
+    """How far the light behind each edge is from that at the edge, over the step: more than noise at a patch.
 
     What all profiles share, as a bar's limb darkening, does not count.
     """
@@ -300,7 +300,7 @@ def _outermost(profile: Array, offsets_px: Array, reach: float) -> Array:
 
 
 @njit(nogil=True, cache=True)
-def _sample(picture, channel, decode, point, normal, offsets):  # noqa: ANN001, ANN202
+def _sample(picture, channel, decode, point, normal, offsets):
     rows, columns = picture.shape[0], picture.shape[1]
     light = np.empty((point.shape[0], offsets.shape[0]))
     for i in range(point.shape[0]):
@@ -321,10 +321,10 @@ def _sample(picture, channel, decode, point, normal, offsets):  # noqa: ANN001, 
 
 
 @njit(nogil=True, cache=True)
-def _level(row, first, step, at, side, near, far):  # noqa: ANN001, ANN202, PLR0913
+def _level(row, first, step, at, side, near, far):
     """Mean light between two distances from a place on one side of it."""
     low, high = (at + near, at + far) if side > 0 else (at - far, at - near)
-    if not (low == low):  # NaN
+    if np.isnan(low):
         return np.nan
     begin = max(0, int(np.ceil((low - first) / step - 1e-9)))
     end = min(row.shape[0] - 1, int(np.floor((high - first) / step + 1e-9)))
@@ -337,7 +337,7 @@ def _level(row, first, step, at, side, near, far):  # noqa: ANN001, ANN202, PLR0
 
 
 @njit(nogil=True, cache=True)
-def _levels(profile, first, step, place, side, near, far):  # noqa: ANN001, ANN202, PLR0913
+def _levels(profile, first, step, place, side, near, far):
     level = np.empty(profile.shape[0])
     for i in range(profile.shape[0]):
         level[i] = _level(profile[i], first, step, place[i], side, near, far)
@@ -345,7 +345,7 @@ def _levels(profile, first, step, place, side, near, far):  # noqa: ANN001, ANN2
 
 
 @njit(nogil=True, cache=True)
-def _rise(row, first, step, level, at):  # noqa: ANN001, ANN202
+def _rise(row, first, step, level, at):
     """Upward crossing of the level that is nearest to a place."""
     place, nearest = np.nan, np.inf
     for j in range(row.shape[0] - 1):
@@ -358,7 +358,7 @@ def _rise(row, first, step, level, at):  # noqa: ANN001, ANN202
 
 
 @njit(nogil=True, cache=True)
-def _cross(profile, first, step, start, reach, shading):  # noqa: ANN001, ANN202, PLR0913
+def _cross(profile, first, step, start, reach, shading):
     count = profile.shape[0]
     place, dark, bright = np.empty(count), np.empty(count), np.empty(count)
     for i in range(count):
@@ -373,11 +373,11 @@ def _cross(profile, first, step, start, reach, shading):  # noqa: ANN001, ANN202
 
 
 @njit(nogil=True, cache=True)
-def _around(profile, first, step, place, offsets):  # noqa: ANN001, ANN202
+def _around(profile, first, step, place, offsets):
     """Light at offsets from each profile's place, linear between samples, the outermost sample beyond the ends."""
     light = np.full((profile.shape[0], offsets.shape[0]), np.nan)
     for i in range(profile.shape[0]):
-        if not (place[i] == place[i]):
+        if np.isnan(place[i]):
             continue
         for j in range(offsets.shape[0]):
             at = min(max((place[i] + offsets[j] - first) / step, 0.0), profile.shape[1] - 1.0)
@@ -387,12 +387,12 @@ def _around(profile, first, step, place, offsets):  # noqa: ANN001, ANN202
 
 
 @njit(nogil=True, cache=True)
-def _fit(profile, first, step, start, dark, bright, shape, outwards, inwards):  # noqa: ANN001, ANN202, PLR0913
+def _fit(profile, first, step, start, dark, bright, shape, outwards, inwards):
     count, samples, last = profile.shape[0], profile.shape[1], shape.shape[0] - 1
     place, height, misfits = np.full(count, np.nan), np.full(count, np.nan), np.full(count, np.nan)
     for i in range(count):
         at, a, misfit = start[i], bright[i] - dark[i], np.nan
-        if not (at == at):
+        if np.isnan(at):
             continue
         for _ in range(FIT_ROUNDS):
             begin = max(0, int(np.ceil((at - outwards - first) / step)))
@@ -424,6 +424,6 @@ def _fit(profile, first, step, start, dark, bright, shape, outwards, inwards):  
             if not (abs(at - start[i]) < MOVED_PX):
                 misfit = np.nan
                 break
-        if misfit == misfit:
+        if not np.isnan(misfit):
             place[i], height[i], misfits[i] = at, a, misfit
     return place, height, misfits

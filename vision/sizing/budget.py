@@ -1,5 +1,6 @@
 """The uncertainty of a diameter by route T, part by part (GUM, JCGM 100:2008, 5.1.2)."""
 
+import math
 from dataclasses import astuple, dataclass
 
 import numpy as np
@@ -15,6 +16,8 @@ from vision.sizing.points import EdgePoints
 Array = NDArray[np.float64]
 
 OMEGA = slice(CAMERA_PARAMETERS.index("omega_x"), CAMERA_PARAMETERS.index("omega_z") + 1)
+TRANSLATION = slice(CAMERA_PARAMETERS.index("t_x"), CAMERA_PARAMETERS.index("t_z") + 1)
+HEIGHT_FREE_MM = 1.5  # how far a bar at rest may lie off the rollers in the world frame of a good calibration
 
 U_EXPONENT = 0.01  # relative, of the camera's response: how far a power law of its code values may be off
 U_PLACE_PX = 0.01  # of a whole limb: what a perfect-looking edge may still be off
@@ -44,9 +47,9 @@ class Budget:
 def uncertainty_budget(
     fit: CylinderFit,
     points: EdgePoints,
-    windows: int,
     rig: Rig,
     limbs: list[LimbPoints],
+    *,
     ovality_mm: float,
     moved_px: tuple[float, float],
 ) -> Budget:
@@ -57,8 +60,6 @@ def uncertainty_budget(
     fit : CylinderFit
     points : EdgePoints
         What was fitted.
-    windows : int
-        Number of windows along the bar.
     rig : Rig
     limbs : list of LimbPoints
         In the order of `points.limb`.
@@ -72,7 +73,7 @@ def uncertainty_budget(
     Budget
         `edge`: scatter of the points, correlation within windows counted. `calibration`: the rig's covariance,
         propagated through the fit. `board`: the board's scale. `light`: the camera's response and overexposed
-        points. `shape`: 0, the bar is taken as round. `model`: limbs that lie off as a whole.
+        points. `shape`: a section that is not round. `model`: limbs that lie off as a whole.
     """
     reach_mm = np.array([_reach_mm(fit, points, limb) for limb in range(len(limbs))])
     shift_px = np.array([_response_shift_px(one) for one in limbs])
@@ -84,8 +85,8 @@ def uncertainty_budget(
         board_mm=fit.diameter_mm * rig.square_relative_u,
         # response and overexposure move all limbs the same way, a limb's own fault only that limb
         light_mm=float(np.hypot(reach_mm @ shift_px, reach_mm @ clipped_px)),
-        shape_mm=ovality_mm / (2 * np.sqrt(3)),
-        model_mm=float(np.linalg.norm(reach_mm * off_px)),
+        shape_mm=ovality_mm / (2 * math.sqrt(3)),
+        model_mm=float(np.hypot(np.linalg.norm(reach_mm * off_px), _off_rollers_mm(fit, rig))),
     )
 
 
@@ -101,6 +102,20 @@ def _response_shift_px(limb: LimbPoints) -> float:
     dark = float(np.median(limb.dark / limb.bright))
     level = ((1 + dark**k) / 2) ** (1 / k)
     return float(limb.blur_px * special.ndtri((level - dark) / (1 - dark)))
+
+
+def _off_rollers_mm(fit: CylinderFit, rig: Rig) -> float:
+    """What an axis that is not R above the rollers leaves in doubt.
+
+    The bar may hop, or a camera may have moved sideways, which edges cannot show: the bar then appears nearer or further
+    by that height h, and its diameter off by D h / Z. It is either that error or none: the divisor is that of a
+    distribution with its mass at both ends (arc sine).
+    """
+    height_mm = abs(float(fit.parameters[1] - fit.parameters[4]))
+    if height_mm < HEIGHT_FREE_MM:
+        return 0.0
+    depth_mm = min(float(np.linalg.norm(camera.centre_mm)) for camera in (rig.left, rig.right))
+    return fit.diameter_mm * height_mm / depth_mm / math.sqrt(2)
 
 
 def _off_px(fit: CylinderFit, points: EdgePoints, index: int, limb: LimbPoints) -> float:
@@ -138,7 +153,8 @@ def _calibration_mm(fit: CylinderFit, points: EdgePoints, rig: Rig, moved_px: tu
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
         # a camera that shows the bar further outwards makes the points that were found lie further inwards
         slope[view * N_CAMERA :][:N_CAMERA] = -np.einsum("n,ni,nij->j", growth_mm[mine], normal, by_camera)
-        # a camera that has moved may have turned that far about any of its axes
-        turned = np.nan_to_num(moved_px[view]) / camera.K[0, 0]
-        moved_mm2 += float(np.sum((turned * slope[view * N_CAMERA :][OMEGA]) ** 2))
+        # a camera that has moved may have turned that far about any axis through its own centre: t turns too
+        mine = slope[view * N_CAMERA :][:N_CAMERA]
+        turn_mm = mine[OMEGA] + np.cross(camera.t, mine[TRANSLATION])
+        moved_mm2 += float(np.sum((np.nan_to_num(moved_px[view]) / camera.K[0, 0] * turn_mm) ** 2))
     return float(np.sqrt(max(slope @ rig.covariance @ slope, 0.0) + moved_mm2))

@@ -51,8 +51,8 @@ class Gauge:
         Returns
         -------
         SizeReading
-            Reasons as in `TangentGauge.measure`; also, without a value, `camera_moved`, and with one, `routes_disagree` and
-            `calibration_due`.
+            Reasons as in `TangentGauge.measure`; also, without a value, `camera_moved`, and with one, `routes_disagree`
+            and `calibration_due`.
 
         Raises
         ------

@@ -163,7 +163,7 @@ class RegionGrid:
 
 
 @njit(nogil=True, cache=True)
-def _sheared_means(values, shears, middle):  # noqa: ANN001, ANN202
+def _sheared_means(values, shears, middle):
     """Mean over the rows of values that lie on lines column + shear * (row - middle); 0 beside the grid."""
     rows, columns = values.shape
     means = np.zeros((shears.shape[0], columns))

@@ -43,7 +43,7 @@ def consensus_line(y: Array, x: Array, tolerance: float) -> tuple[Array, NDArray
 
 
 @njit(nogil=True, cache=True)
-def _best_pair(y, x, tolerance):  # noqa: ANN001, ANN202
+def _best_pair(y, x, tolerance):
     """Line through the pair of points with which most points agree; the pairs are the same for the same points."""
     count, best = y.shape[0], -1
     line = np.full(2, np.nan)
@@ -107,7 +107,7 @@ class TangentPlane:
         return np.array([-n[1] / n[0], C[0] + (n[1] * C[1] - n[2] * (PLANE_HEIGHT_MM - C[2])) / n[0]])
 
     def stations_mm(self, cylinder: Array, y_mm: Array) -> Array:
-        """y of the points of the bar that are seen at places y of the line, shape (n,)."""
+        """Return y of the points of the bar that are seen at places y of the line, shape (n,)."""
         axis, u, _ = _axis(cylinder)
         line = self.line
         seen = np.column_stack([line[0] * y_mm + line[1], y_mm, np.full(len(y_mm), PLANE_HEIGHT_MM)]) - self.centre_mm

@@ -221,7 +221,7 @@ class TangentGauge:
             reasons |= Reason.FEW_WINDOWS
         if reasons.forbids_value:
             return SizeReading(reasons=reasons, windows_kept=kept, windows_total=total)
-        budget = uncertainty_budget(fit, points, total, self.rig, limbs, self._ovality_mm, moved_px)
+        budget = uncertainty_budget(fit, points, self.rig, limbs, ovality_mm=self._ovality_mm, moved_px=moved_px)
         return _reading(fit, budget, reasons, kept, total)
 
 
