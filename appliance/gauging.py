@@ -84,7 +84,7 @@ def _drawn_bar(camera: Camera) -> Picture:
     """Grey picture of nothing but a bar on the rollers, as one camera would see it."""
     cylinder = np.array([0.0, DRAWN_MM / 2, 0.0, 0.0, DRAWN_MM / 2])
     y_mm = np.linspace(-400.0, 400.0, 50)
-    outline = []
+    outline: list[NDArray[np.float64]] = []
     for side in SIDES:
         line = TangentPlane.touching(camera.centre_mm, cylinder, side).line
         points = np.column_stack([line[0] * y_mm + line[1], y_mm, np.full(y_mm.size, PLANE_HEIGHT_MM)])
