@@ -7,12 +7,13 @@ SHELL := /bin/bash
 
 VENV := .venv
 BIN := $(VENV)/bin
+CONTRIB := .venv-contrib
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 run: $(VENV)/installed
 	$(BIN)/hotgauge run
 
-test: packages $(VENV)/installed-systemd lint types contracts
+test: packages $(VENV)/installed-systemd $(CONTRIB)/installed lint types contracts
 	$(BIN)/python -m pytest --cov
 
 lint: $(VENV)/installed-dev
@@ -29,8 +30,10 @@ contracts: $(VENV)/installed-dev
 study: $(VENV)/installed-dev
 	PYTHONPATH=tests $(BIN)/python -m studies
 
-bench: $(VENV)/installed-dev
+bench: $(VENV)/installed-dev $(CONTRIB)/installed
 	PYTHONPATH=tests $(BIN)/python benchmarks/pair.py
+	PYTHONPATH=tests $(BIN)/python benchmarks/virtual_board.py
+	PYTHONPATH=tests $(BIN)/python benchmarks/edges.py
 
 figures: $(VENV)/installed-dev
 	$(BIN)/python docs/figures
@@ -59,6 +62,12 @@ $(VENV)/installed-dev: $(BIN)/python pyproject.toml constraints.txt
 
 $(VENV)/installed-systemd: $(VENV)/installed-dev | packages
 	$(PIP_INSTALL) -e '.[systemd]'
+	@touch $@
+
+# OpenCV's own structured forest is in the contrib wheel, which must never share an environment with the plain one
+$(CONTRIB)/installed: $(BIN)/python constraints-contrib.txt
+	$(BIN)/python -m venv $(CONTRIB)
+	$(CONTRIB)/bin/python -m pip install --quiet --disable-pip-version-check -r constraints-contrib.txt
 	@touch $@
 
 $(BIN)/python:

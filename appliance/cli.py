@@ -10,7 +10,7 @@ import signal
 import sys
 from collections.abc import Callable, Generator, Sequence
 from pathlib import Path
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 from appliance import service
 from appliance import settings as settings_file
@@ -19,6 +19,9 @@ from appliance.settings import PlcSettings, RecordingCamera, Settings
 from appliance.supervisor import StartRefusedError, Supervisor
 from plc import export
 from plc.registers import REGISTERS
+
+if TYPE_CHECKING:
+    from vision.edges.operators import EdgeMethod
 
 EXIT_CHECKS_FAILED = 1
 EXIT_TROUBLE = 2
@@ -187,20 +190,44 @@ def _add_measure(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--output", type=Path, required=True, metavar="FILE", help="readings; CSV if it ends in .csv, else JSON lines"
     )
-    command.add_argument("--method", choices=("tangent",), default="tangent", help="route to the diameter")
+    command.add_argument(
+        "--method",
+        choices=("tangent", "virtual-board"),
+        default="tangent",
+        help="route to the diameter, tangent unless given; virtual-board is the dissertation's, on its own",
+    )
+    command.add_argument("--edges", metavar="NAME", help="edge detector of virtual-board, forest unless given")
+    command.add_argument("--plot", type=Path, metavar="DIR", help="folder for plots of virtual-board")
 
 
 def _measure(given: argparse.Namespace) -> None:
     from appliance.cameras.source import CameraError
     from appliance.measure import measure_recording
+    from appliance.plots import PlotsMissingError
     from appliance.rigs import RigError
 
+    for option in ("edges", "plot"):
+        if given.method == "tangent" and getattr(given, option) is not None:
+            raise CommandError(f"--{option}: only virtual boards have it; add --method virtual-board")
+    edges = _edge_method(given.edges or "forest")
     try:
-        measure_recording(given.recording, given.rig, given.output)
-    except (CameraError, RigError) as error:
+        measure_recording(given.recording, given.rig, given.output, method=given.method, edges=edges, plots=given.plot)
+    except (CameraError, RigError, PlotsMissingError) as error:
         raise CommandError(str(error)) from error
     except OSError as error:
-        raise CommandError(f"{given.output}: {error.strerror}; give a file in a writable folder") from error
+        path = error.filename or given.output
+        raise CommandError(f"{path}: {error.strerror}; give a place in a writable folder") from error
+
+
+def _edge_method(name: str) -> "EdgeMethod":
+    from vision.edges.operators import EDGE_METHODS
+
+    for known in EDGE_METHODS:
+        if name == known:
+            return known
+    near = difflib.get_close_matches(name, EDGE_METHODS, n=1)
+    advice = f"did you mean {near[0]}?" if near else "there are " + ", ".join(EDGE_METHODS)
+    raise CommandError(f"--edges: there is no edge detector {name}; {advice}")
 
 
 _BOARD_NUMBERS = ("square_mm", "square_u_mm", "low_mm", "high_mm", "height_u_mm")

@@ -20,6 +20,7 @@ from appliance.rigs import RigError, load_rig
 from appliance.selfcheck import SelfCheck
 from appliance.settings import MillCamera, Settings, SettingsError, load
 from appliance.stations.sizing import source_of
+from vision.sizing.gauge import Gauge
 
 PICTURE_WITHIN_S = 10.0
 FREE_MB_MIN = 200
@@ -71,7 +72,7 @@ def _rig(settings: Settings) -> Check:
             return Check("rig", "note", "none; the simulated mill calibrates itself")
         return Check("rig", "BAD", "sizing.rig is not set; make a rig file with `hotgauge calibrate` and set it")
     try:
-        TimedGauge(load_rig(rig), str(rig))
+        TimedGauge(load_rig(rig), str(rig), Gauge)
     except RigError as error:
         return Check("rig", "BAD", str(error))
     return Check("rig", "good", str(rig))
@@ -85,7 +86,7 @@ def _cameras(settings: Settings) -> Check:
         if pair is None:
             return Check("cameras", "BAD", f"{kind}: no pictures within {PICTURE_WITHIN_S:.0f} s; check the cameras")
         if settings.sizing.rig is not None:
-            TimedGauge(load_rig(settings.sizing.rig), str(settings.sizing.rig)).measure(pair.left, pair.right)
+            TimedGauge(load_rig(settings.sizing.rig), str(settings.sizing.rig), Gauge).measure(pair.left, pair.right)
     except CameraError as error:
         return Check("cameras", "BAD", f"{kind}: {error}")
     except RigError as error:

@@ -115,11 +115,11 @@ def _crops(setup: Setup, side: Side, picture: Picture, rng: Rng) -> Iterator[Exa
     seen = hits(camera.centre_mm, rays[::4, ::4], bar).seen
     limb = grid[::4, 4::4][seen[:, 1:] != seen[:, :-1]]
     hidden = [_hidden(post, setup) for post in setup.disturbances if isinstance(post, Post) and post.side == side]
-    colour = picture[..., ::-1].astype(np.float32) / 255
+    colour = picture[..., ::-1].astype(np.float32) / np.float32(255)
     for _ in range(CROPS):
         places = _places(camera, bar, limb, rng)
         image, *behind = (_resampled(plane, places, cv2.INTER_LINEAR) for plane in (colour, *hidden))
-        segments = _resampled(parts, places, cv2.INTER_NEAREST).astype(np.int16)
+        segments = _resampled(parts.astype(np.float32), places, cv2.INTER_NEAREST).astype(np.int16)
         _paint_bars(segments, setup, camera, places)
         for coverage in behind:
             segments[coverage > 0.5] = FIRST_BAR - 1
@@ -132,8 +132,9 @@ def _hidden(post: Post, setup: Setup) -> Image:
     return post.coverage(scene.left if post.side == "left" else scene.right)
 
 
-def _resampled(plane: NDArray[np.generic], places: NDArray[np.float64], how: int) -> Image:
-    return np.asarray(cv2.remap(np.asarray(plane), places.astype(np.float32), None, how))
+def _resampled(plane: Image, places: NDArray[np.float64], how: int) -> Image:
+    x, y = np.moveaxis(places.astype(np.float32), -1, 0)
+    return np.asarray(cv2.remap(plane, x, y, how), np.float32)
 
 
 def _paint_bars(segments: Segments, setup: Setup, camera: TrueCamera, places: NDArray[np.float64]) -> None:
@@ -177,7 +178,7 @@ def _as_shown(image: Image, response: Response, rng: Rng) -> Image:
         return image
     brightest = image[..., int(np.argmax(image.mean(axis=(0, 1))))]
     if kind < 0.55:
-        return cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+        return np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.float32)
     if kind < 0.75:
         return brightest
     light = np.interp(brightest, np.linspace(0, 1, 256), decoding_table(response))
@@ -206,8 +207,9 @@ def _shapes(rng: Rng) -> Example:
     for number in range(1, int(rng.integers(2, 7))):
         place = rng.uniform(-0.45, 0.45, 2) * CROP_PX
         is_band = rng.random() < 0.5
-        distance = (_band if is_band else _patch)(x - place[0], y - place[1], rng)
-        level = np.exp(rng.uniform(np.log(0.003), np.log(1.2)))
+        outline = _band if is_band else _patch
+        distance = outline(x - place[0], y - place[1], rng)
+        level = np.exp(rng.uniform(float(np.log(0.003)), float(np.log(1.2))))
         inside = distance < 0
         is_blot = not is_band and inside.any() and level < light[inside].mean()
         light += blurred_step(-distance / blur_px)[..., None] * (_filled(rng, level, depth_px=-distance) - light)

@@ -2,6 +2,8 @@
 
 import json
 import time
+from collections.abc import Callable
+from typing import Generic, Protocol, TypeVar
 
 import cv2
 import numpy as np
@@ -13,18 +15,25 @@ from appliance.rigs import RigError
 from vision.calibration.board import Board
 from vision.calibration.rig import Camera, Rig
 from vision.calibration.stereo import calibrate
-from vision.readings import SizeReading
-from vision.sizing.gauge import Gauge
 from vision.sizing.region import PLANE_HEIGHT_MM
 from vision.sizing.rough import TangentPlane
 from vision.sizing.tangent import SIDES
 
 Picture = NDArray[np.uint8]
+Reading_co = TypeVar("Reading_co", covariant=True)
 
 DRAWN_MM = 150.0  # diameter of the bar that warms up
 
 
-class TimedGauge:
+class Measures(Protocol[Reading_co]):
+    """What measures a pair of pictures."""
+
+    def measure(self, left: Picture, right: Picture) -> Reading_co:
+        """Reading of one pair."""
+        ...
+
+
+class TimedGauge(Generic[Reading_co]):
     """A gauge that takes its own time and refuses pictures that its rig is not for.
 
     Parameters
@@ -32,8 +41,8 @@ class TimedGauge:
     rig : Rig
     name : str
         Where the rig comes from, for the sentence that refuses.
-    ovality_mm : float
-        Greatest minus least width that the product may have.
+    make : callable
+        Makes the gauge from the rig.
 
     Raises
     ------
@@ -41,19 +50,20 @@ class TimedGauge:
         No diameter can be measured with this rig.
     """
 
-    def __init__(self, rig: Rig, name: str, ovality_mm: float = 0.0) -> None:
+    def __init__(self, rig: Rig, name: str, make: Callable[[Rig], Measures[Reading_co]]) -> None:
         self._rig = rig
         self._name = name
+        self._make = make
         try:
-            self._gauge = Gauge(rig, ovality_mm)
+            self._gauge = make(rig)
         except ValueError as error:
             raise RigError(f"{name}: {error}; calibrate again") from error
 
     def warm_up(self) -> None:
         """Compile and load all that measuring needs, on a drawn bar, so that the first picture does not wait for it."""
-        Gauge(self._rig).measure(*(_drawn_bar(camera) for camera in (self._rig.left, self._rig.right)))
+        self._make(self._rig).measure(*(_drawn_bar(camera) for camera in (self._rig.left, self._rig.right)))
 
-    def measure(self, left: Picture, right: Picture) -> tuple[SizeReading, float]:
+    def measure(self, left: Picture, right: Picture) -> tuple[Reading_co, float]:
         """Reading of one pair, and the milliseconds that it took.
 
         Parameters

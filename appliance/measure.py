@@ -7,16 +7,22 @@ import math
 import os
 from collections.abc import Callable, Generator
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
-from typing import TextIO, cast
+from typing import Literal, TextIO, cast
 
 from tqdm import tqdm
 
 from appliance.cameras.recording import Recording
 from appliance.gauging import TimedGauge
 from appliance.judging import trust_percent
+from appliance.plots import Plots
 from appliance.rigs import load_rig
+from vision.edges.operators import EdgeMethod
 from vision.readings import SizeReading
+from vision.sizing.gauge import Gauge
+from vision.sizing.virtual_board import VirtualBoardGauge
+from vision.sizing.virtual_board_reading import VirtualBoardReading
 
 READING_FIELDS = (
     "diameter_mm", "expanded_uncertainty_mm", "diameter_virtual_board_mm", "weighted_deviation_mm", "trust",
@@ -29,7 +35,18 @@ Value = float | int | bool | str | list[str] | None
 Row = dict[str, Value]
 
 
-def measure_recording(recording: Path, rig: Path, output: Path) -> None:
+Method = Literal["tangent", "virtual-board"]
+
+
+def measure_recording(
+    recording: Path,
+    rig: Path,
+    output: Path,
+    *,
+    method: Method = "tangent",
+    edges: EdgeMethod = "forest",
+    plots: Path | None = None,
+) -> None:
     """Measure every frame of a recording; the output appears whole or not at all.
 
     Parameters
@@ -40,6 +57,12 @@ def measure_recording(recording: Path, rig: Path, output: Path) -> None:
         Calibration from `hotgauge calibrate`.
     output : Path
         File to write: CSV if its suffix is `.csv`, else JSON lines.
+    method : {"tangent", "virtual-board"}
+        Route that gives the diameter; the first is judged by the second, the second stands alone.
+    edges : str
+        Edge detector of route V alone, one of `EDGE_METHODS`.
+    plots : Path, optional
+        Folder for plots of route V alone.
 
     Raises
     ------
@@ -47,16 +70,27 @@ def measure_recording(recording: Path, rig: Path, output: Path) -> None:
         The recording is missing or a picture cannot be read.
     RigError
         The rig is missing, malformed, or for pictures of another size.
+    PlotsMissingError
+        Plots are wanted and the plotting library is not installed.
     OSError
-        `output` cannot be written.
+        `output` cannot be written, or the folder of plots not made.
     """
-    gauge = TimedGauge(load_rig(rig), str(rig))
+    drawing = Plots(plots) if plots is not None else None
     writer = _csv_writer if output.suffix.lower() == ".csv" else _json_lines_writer
+    gauge: TimedGauge[SizeReading | VirtualBoardReading] = TimedGauge(
+        load_rig(rig), str(rig), Gauge if method == "tangent" else partial(VirtualBoardGauge, edges=edges)
+    )
     with contextlib.closing(Recording(recording)) as frames, _whole_file(output) as file:
         write = writer(file)
         for frame, left, right in tqdm(frames, unit="frame", disable=None):
             reading, elapsed_ms = gauge.measure(left, right)
+            if isinstance(reading, VirtualBoardReading):
+                if drawing is not None:
+                    drawing.add(frame, reading)
+                reading = reading.size_reading()
             write(row(frame, reading, elapsed_ms))
+    if drawing is not None:
+        drawing.write()
 
 
 def row(frame: int, reading: SizeReading, elapsed_ms: float) -> Row:

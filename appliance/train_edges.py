@@ -6,12 +6,12 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol, cast
 
 import cv2
 import numpy as np
-from scipy import io
-from scipy.io.matlab import MatReadError
+from scipy import io  # pyright: ignore[reportMissingTypeStubs]
+from scipy.io.matlab import MatReadError  # pyright: ignore[reportMissingTypeStubs]
 
 from appliance import edge_scenes
 from vision.edges.forest.model import StructuredForest
@@ -20,7 +20,6 @@ from vision.edges.forest.tree import Growth, Tree
 
 TREES = 8
 TREES_EVALUATED = 4
-BSDS_PICTURES = 100  # of each tree, drawn anew
 SCENE_EXAMPLES = 400  # of each tree
 
 
@@ -36,6 +35,11 @@ class Source(Protocol):
         """What they are, for the record."""
         ...
 
+    @property
+    def uneven_part(self) -> float:
+        """See `train_tree`."""
+        ...
+
     def examples(self, rng: np.random.Generator) -> tuple[int, Iterable[Example]]:
         """How many examples, and the examples, for one tree."""
         ...
@@ -46,6 +50,7 @@ class SceneSource:
     """Our own rendered scenes and shapes."""
 
     version: str = edge_scenes.DATA_VERSION
+    uneven_part: float = 0.5  # on a bar what is steep and no edge is rare, and has to be learnt
 
     def examples(self, rng: np.random.Generator) -> tuple[int, Iterable[Example]]:
         """Examples that no other tree sees."""
@@ -67,15 +72,14 @@ class BsdsSource:
     """
 
     version = "BSDS500 train"
+    uneven_part = 0.0
 
     def __init__(self, folder: Path) -> None:
         self._pairs = bsds_pairs(folder, "train")
 
-    def examples(self, rng: np.random.Generator) -> tuple[int, Iterable[Example]]:
-        """A random part of the pictures."""
-        count = min(BSDS_PICTURES, len(self._pairs))
-        chosen = rng.choice(len(self._pairs), count, replace=False)
-        return count, (bsds_example(*self._pairs[number]) for number in chosen)
+    def examples(self, rng: np.random.Generator) -> tuple[int, Iterable[Example]]:  # noqa: ARG002  none is left out
+        """All pictures; each tree draws its own patches of them."""
+        return len(self._pairs), (bsds_example(*pair) for pair in self._pairs)
 
 
 def bsds_pairs(folder: Path, part: str) -> list[tuple[Path, Path]]:
@@ -108,11 +112,12 @@ def bsds_example(picture: Path, truth: Path) -> Example:
     if image is None:
         raise TrainingError(f"{picture}: no readable picture")
     try:
-        people = io.loadmat(truth)["groundTruth"][0]
+        loaded = cast("dict[str, Any]", io.loadmat(truth))  # pyright: ignore[reportUnknownMemberType]
+        people: list[Any] = list(loaded["groundTruth"][0])
         segments = tuple(np.asarray(person["Segmentation"][0, 0], np.int32) for person in people)
     except (OSError, MatReadError, NotImplementedError, KeyError, ValueError, IndexError) as error:
         raise TrainingError(f"{truth}: no ground truth as BSDS500 has it") from error
-    return Example(cv2.cvtColor(image, cv2.COLOR_BGR2RGB).astype(np.float32) / 255, segments)
+    return Example(np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2RGB), np.float32) / np.float32(255), segments)
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,7 +163,9 @@ def train(
     for number in range(TREES):
         rng = np.random.default_rng([seed, number])
         count, examples = source.examples(rng)
-        trees.append(train_tree(examples, max(1, patches // count), Growth(), rng, advance))
+        trees.append(
+            train_tree(examples, max(1, patches // count), Growth(), rng, advance, uneven_part=source.uneven_part)
+        )
     forest = forest_of(trees, TREES_EVALUATED)
     record = Record(
         command=command,

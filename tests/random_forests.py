@@ -49,7 +49,7 @@ def random_tree(random, patches, depth):
     return left, ids, thresholds, edges
 
 
-def random_forest(seed=0, trees=8, trees_evaluated=4, depth=12, patches=1500):
+def random_forest(seed=0, trees=8, trees_evaluated=4, depth=10, patches=600):
     random = np.random.default_rng(seed)
     cells = smoothed_cells(random_picture(240, 320, seed))
     places = np.column_stack(

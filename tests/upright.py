@@ -10,8 +10,10 @@ import numpy as np
 from appliance.mill.rig import TrueCamera
 
 MARGIN_PX = 60
+BORDER_ROWS = 16  # above and below what is judged: edges there have all their neighbours
+JUDGED = slice(BORDER_ROWS, -BORDER_ROWS)
 COARSE_PX = 8
-RED = 2  # of blue, green, red: the brightest of a hot bar
+CLIPPED = 0.02  # part of a picture at full scale from which on its channel is not used
 
 
 class Axis(NamedTuple):
@@ -24,31 +26,33 @@ class Axis(NamedTuple):
 
 @dataclass(frozen=True)
 class Upright:
-    """`image`: float32 grey, (rows, columns); `limbs_px`: columns of the left and right limb, (2, rows)."""
+    """`image`: float32 grey, (rows, columns); `limbs_px`: columns of the left and right limb in the `JUDGED` rows."""
 
     image: np.ndarray
     limbs_px: np.ndarray
 
 
 def upright(picture, camera: TrueCamera, axis: Axis, region_y_mm) -> Upright:
-    """The red channel around the measuring region, one pixel to a pixel."""
+    """The brightest channel that is not clipped, around the measuring region, one pixel to a pixel."""
     nearer, further = camera.project(axis.point_mm + np.outer(region_y_mm, axis.direction))
     along = (nearer - further) / np.linalg.norm(nearer - further)
     across = np.array([-along[1], along[0]]) * -1
     distance_mm = np.linalg.norm(camera.centre_mm - axis.point_mm)
     half_width = int(1.1 * axis.radius_mm * camera.K[0, 0] / distance_mm) + MARGIN_PX
-    half_height = int(np.linalg.norm(nearer - further) / 2)
+    half_height = int(np.linalg.norm(nearer - further) / 2) + BORDER_ROWS
     x, y = np.meshgrid(np.arange(-half_width, half_width + 1.0), np.arange(-half_height, half_height + 1.0))
     places = (nearer + further) / 2 + x[..., None] * across + y[..., None] * along
     places = np.clip(places, 0, np.array(camera.image_size) - 1)
-    image = cv2.remap(picture[..., RED], *np.moveaxis(places.astype(np.float32), -1, 0), cv2.INTER_LINEAR)
+    unclipped = [channel for channel in range(3) if np.mean(picture[..., channel] >= 254) < CLIPPED]
+    channel = max(unclipped, key=lambda channel: picture[..., channel].mean())
+    image = cv2.remap(picture[..., channel], *np.moveaxis(places.astype(np.float32), -1, 0), cv2.INTER_LINEAR)
     coarse = places[:, ::COARSE_PX]
     passing = _passing_mm(camera, coarse, axis)
     columns = np.arange(places.shape[1])[::COARSE_PX].astype(float)
     if passing[0, 0] > passing[0, -1]:
         passing = -passing
     limbs = [[np.interp(side * axis.radius_mm, row, columns) for row in passing] for side in (-1, 1)]
-    return Upright(image.astype(np.float32) / 255, np.array(limbs))
+    return Upright(image.astype(np.float32) / 255, np.array(limbs)[:, JUDGED])
 
 
 def _passing_mm(camera, places, axis):

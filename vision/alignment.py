@@ -90,6 +90,11 @@ def transformed(homography: Array, points: Array) -> Array:
     return moved[..., :2] / moved[..., 2:]
 
 
+def solved(homography: Array, of: Array) -> Array:
+    """Inverse of a homography, times another."""
+    return np.asarray(np.linalg.solve(homography, of), dtype=np.float64)
+
+
 def plane_to_ideal(camera: Camera, height_mm: float) -> Array:
     """Homography from (x, y), mm, on the plane z = height to the camera's ideal points."""
     return np.column_stack([camera.R[:, 0], camera.R[:, 1], camera.R[:, 2] * height_mm + camera.t])
@@ -118,7 +123,7 @@ class Alignment:
         """T_RL of algorithm 11 for the virtual board at a height: homography from the right to the left region."""
         to, of = self.boards.corners(height_mm, projective=self.projective)
         T, _ = cv2.findHomography(of, to, 0)
-        return np.linalg.solve(self.left.to_ideal, np.asarray(T, dtype=np.float64) @ self.right.to_ideal)
+        return solved(self.left.to_ideal, np.asarray(T, dtype=np.float64) @ self.right.to_ideal)
 
     def parallax(self, height_mm: float) -> Array:
         """Change of `right_to_left` per mm of height, as the rig's cameras have it, at one height."""
@@ -127,16 +132,16 @@ class Alignment:
 
     def _by_cameras(self, height_mm: float) -> Array:
         left, right = (plane_to_ideal(camera, height_mm) for camera in (self.rig.left, self.rig.right))
-        return np.linalg.solve(self.left.to_ideal, left @ np.linalg.solve(right, self.right.to_ideal))
+        return solved(self.left.to_ideal, left @ solved(right, self.right.to_ideal))
 
     def to_plane(self, height_mm: float) -> Array:
         """Homography from the left region to (x, y), mm, on the plane z = height: eq. 3.13 read as a plane's."""
-        return np.linalg.solve(plane_to_ideal(self.rig.left, height_mm), self.left.to_ideal)
+        return solved(plane_to_ideal(self.rig.left, height_mm), self.left.to_ideal)
 
     def test_rows(self, height_mm: float) -> Array:
         """Rows of the left region within P_re of the board's middle, P_re a quarter of the region (algorithm 12)."""
         corners, _ = self.boards.corners(height_mm, projective=self.projective)
-        middle = float(transformed(np.linalg.inv(self.left.to_ideal), corners)[:, 1].mean())
+        middle = float(transformed(solved(self.left.to_ideal, np.eye(3)), corners)[:, 1].mean())
         rows = self.left.picture.shape[0]
         middle = min(max(middle, rows / 4), 3 * rows / 4)
         return np.arange(math.ceil(middle - rows / 4), math.floor(middle + rows / 4) + 1, dtype=np.float64)
@@ -250,12 +255,17 @@ class HeightLoop:
         found = _follow(evaluate, offset_per_mm, start_mm)
         if not math.isfinite(found.height_mm):
             best = search_by_offset(evaluate)
-            again = _follow(evaluate, offset_per_mm, best.height_mm)
+            again = _follow(evaluate, lambda height: _slope(evaluate, height), best.height_mm)
             tried = found.evaluations + best.evaluations + again.evaluations
             found = Height(again.height_mm, again.quality, tried)
         if math.isfinite(found.height_mm):
             self.height_mm = found.height_mm
         return found
+
+
+def _slope(evaluate: Evaluate, height_mm: float) -> float:
+    """Change of the offset per mm, from two boards beside each other."""
+    return evaluate(height_mm + 0.5).offset_px - evaluate(height_mm - 0.5).offset_px
 
 
 def _follow(evaluate: Evaluate, offset_per_mm: Callable[[float], float], start_mm: float) -> Height:

@@ -115,7 +115,13 @@ class RegionSampler:
         to_ideal = np.column_stack([R[:, 0], R[:, 1], R[:, 2] * PLANE_HEIGHT_MM + t]) @ to_world
         columns = (max(last, first + 1) - first) * COLUMN_BLOCK
         maps = self._map((turn, first, columns), to_ideal)
-        return Region(_remapped(image, maps), to_ideal, np.linalg.inv(to_world)[:2], image, self._camera)
+        return Region(
+            _remapped(image, maps),
+            to_ideal,
+            np.asarray(np.linalg.inv(to_world), dtype=np.float64)[:2],
+            image,
+            self._camera,
+        )
 
     def _to_world(self, turn: float, first_mm: float) -> Array:
         """Homography from (column, row) to (x, y), mm, on the plane."""
@@ -146,7 +152,8 @@ def picture_region(camera: Camera, image: Picture, region_y_mm: tuple[float, flo
     width, height = camera.image_size
     low, high = np.sort(np.clip(camera.project(ends)[:, 1], 0, height - 1))
     rows = max(2, round(high - low) + 1)
-    to_ideal = np.linalg.inv(camera.K) @ np.array([[1.0, 0.0, 0.0], [0.0, 1.0, low], [0.0, 0.0, 1.0]])
+    moved = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, low], [0.0, 0.0, 1.0]])
+    to_ideal = np.asarray(np.linalg.solve(camera.K, moved), dtype=np.float64)
     maps = fixed_point_map(camera, to_ideal, (rows, width), _farthest(camera))
     return Region(_remapped(image, maps), to_ideal, np.full((2, 3), np.nan), image, camera)
 
@@ -193,7 +200,7 @@ def _farthest(camera: Camera) -> float:
 
 @njit(nogil=True, cache=True)
 def _raw_pixel(H, dist, K, c, r):  # type: ignore[no-untyped-def]
-    """Pixel (x, y) of the raw picture at a place of a region, and its squared ideal radius; infinite behind the camera."""
+    """Pixel (x, y) of the raw picture at a place of a region, and its squared ideal radius; infinite behind it."""
     w = H[2, 0] * c + H[2, 1] * r + H[2, 2]
     if w <= 0.0:
         return 0.0, 0.0, np.inf
@@ -207,7 +214,7 @@ def _raw_pixel(H, dist, K, c, r):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True, cache=True)
-def _fill_map(H, dist, K, radius2, whole, part):  # type: ignore[no-untyped-def]
+def _fill_map(H, dist, K, radius2, whole, part):  # noqa: PLR0917  # type: ignore[no-untyped-def]
     rows, columns = part.shape
     for r in range(rows):
         for c in range(columns):
@@ -223,7 +230,7 @@ def _fill_map(H, dist, K, radius2, whole, part):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True, cache=True)
-def _fill_light(H, dist, K, rows, columns, raw, channel, decode, light):  # type: ignore[no-untyped-def]
+def _fill_light(H, dist, K, rows, columns, raw, channel, decode, light):  # noqa: PLR0917  # type: ignore[no-untyped-def]
     height, width = raw.shape[:2]
     for r in range(columns.shape[0]):
         for k in range(columns.shape[1]):

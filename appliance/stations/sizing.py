@@ -11,6 +11,7 @@ import socket
 import sys
 import threading
 import time
+from functools import partial
 
 from appliance.cameras.liveness import Exposure, Liveness, Verdict
 from appliance.cameras.mill import MillSource
@@ -22,6 +23,7 @@ from appliance.settings import RecordingCamera, SizingSettings
 from appliance.stations.limits import EXIT_OUT_OF_MEMORY, limit_process
 from appliance.stations.link import ReadingMessage, StateMessage, StationLink
 from vision.readings import SizeReading
+from vision.sizing.gauge import Gauge
 
 PAIR_TIMEOUT_S = 0.2
 PAUSE_S = 1.0
@@ -109,14 +111,15 @@ def source_of(settings: SizingSettings) -> PairSource:
     return MillSource(camera.seed, camera.rate_hz, camera.prepared_frames)
 
 
-def _gauge(settings: SizingSettings, source: PairSource, link: StationLink) -> TimedGauge:
+def _gauge(settings: SizingSettings, source: PairSource, link: StationLink) -> TimedGauge[SizeReading]:
+    gauge = partial(Gauge, ovality_mm=settings.ovality_mm)
     if settings.rig is not None:
         rig = load_rig(settings.rig)
         link.send(StateMessage(state="starting"))
-        return TimedGauge(rig, str(settings.rig), settings.ovality_mm)
+        return TimedGauge(rig, str(settings.rig), gauge)
     if isinstance(source, MillSource):
         link.send(StateMessage(state="starting"))
-        return TimedGauge(mill_rig(source), "rig of the simulated mill", settings.ovality_mm)
+        return TimedGauge(mill_rig(source), "rig of the simulated mill", gauge)
     raise RigError("sizing.rig is not set; make a rig file with `hotgauge calibrate` and set it")
 
 

@@ -8,6 +8,7 @@ import matplotlib as mpl
 import numpy as np
 
 mpl.use("Agg")
+import edge_detectors
 from matplotlib import pyplot as plt
 
 from appliance.calibrate import calibrate_folder
@@ -98,3 +99,4 @@ def edge_profile():
 
 if __name__ == "__main__":
     edge_profile()
+    edge_detectors.save(FOLDER)

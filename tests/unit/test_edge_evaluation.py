@@ -87,5 +87,6 @@ def test_limbs_are_found_within_a_pixel_and_placed_between_pixels():
     assert rows.found[:, 0] == pytest.approx([0.8, 0.5], abs=0.01)
     assert rows.offset_px[:, 0] == pytest.approx([-0.2, 0.4], abs=0.02)
     assert rows.found[0, 9] == 0
+    assert rows.near[0, 9] == pytest.approx(0.9)
     assert np.isnan(rows.offset_px[0, 9])
     assert np.flatnonzero(rows.false).tolist() == [7]

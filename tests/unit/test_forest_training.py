@@ -3,7 +3,7 @@ import pytest
 
 from vision.edges.forest.features import sample, smoothed_cells
 from vision.edges.forest.structured_labels import edge_pixels, medoid, two_classes
-from vision.edges.forest.training import Example, forest_of, train_tree
+from vision.edges.forest.training import Example, _drawn, forest_of, train_tree
 from vision.edges.forest.tree import Growth, _best
 
 
@@ -119,3 +119,11 @@ def test_no_patch_is_drawn_where_nobody_can_tell():
     drawn = []
     train_tree([Example(picture.image, (known,))], 10_000, Growth(), np.random.default_rng(1), drawn.append)
     assert drawn[0] == 41 * 13  # places whose 16 x 16 pixels end before column 40
+
+
+def test_places_are_drawn_evenly_or_where_the_picture_is_uneven():
+    rng = np.random.default_rng(1)
+    places, weight = np.arange(10_000), np.where(np.arange(10_000) < 1000, 9.0, 1.0).astype(np.float32)
+    shares = [np.mean(_drawn(places, 500, rng, weight, part) < 1000) for part in (0.0, 0.5, 1.0)]
+    assert shares == pytest.approx([0.1, 0.3, 0.5], abs=0.06)
+    assert sorted(_drawn(places, 20_000, rng, weight, 0.5)) == places.tolist()

@@ -17,6 +17,7 @@ from appliance.rigs import RigError, load_rig, save_rig
 from appliance.settings import SizingSettings
 from appliance.stations import sizing
 from appliance.stations.link import Message, ReadingMessage, StateMessage, StationLink, parse
+from vision.sizing.gauge import Gauge
 
 SIDES = ("left", "right")
 
@@ -141,7 +142,7 @@ def test_the_mill_without_a_rig_calibrates_itself_and_says_that_it_is_starting(s
 def test_a_rig_without_world_frame_is_refused_by_name(rig):
     without_world = dataclasses.replace(load_rig(rig), has_world=False)
     with pytest.raises(RigError, match=r"^line\.json: .*world"):
-        TimedGauge(without_world, "line.json")
+        TimedGauge(without_world, "line.json", Gauge)
 
 
 def test_the_process_ends_when_the_supervisor_dies_with_messages_unread(recording, rig):

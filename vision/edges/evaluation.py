@@ -72,16 +72,18 @@ def boundary_counts(
     boundaries : sequence of ndarray of bool, shape (rows, columns)
         One per person, one pixel wide.
     thresholds : ndarray of float64, shape (n,)
+        Increasing.
     """
     reach_px = REACH_OF_DIAGONAL * float(np.hypot(*strength.shape))
     counts = np.zeros((4, len(thresholds)), np.int64)
-    for number, threshold in enumerate(thresholds):
+    counts[2] = sum(np.count_nonzero(boundary) for boundary in boundaries)
+    for number, threshold in enumerate(thresholds[thresholds <= strength.max()]):
         edges = thin(strength >= threshold)
         right = np.zeros(edges.shape, np.bool_)
         for boundary in boundaries:
             edge_matched, boundary_matched = matched(edges, boundary, reach_px)
             right |= edge_matched
-            counts[2:, number] += np.count_nonzero(boundary), np.count_nonzero(boundary_matched)
+            counts[3, number] += np.count_nonzero(boundary_matched)
         counts[:2, number] = np.count_nonzero(edges), np.count_nonzero(right)
     return BoundaryCounts(*counts)
 
@@ -143,15 +145,18 @@ class LimbRows:
     Attributes
     ----------
     found : ndarray of float32, shape (2, rows)
-        Strength of the strongest edge within a pixel of the left and of the right limb; 0 if there is none.
+        Strength of the strongest edge within `LIMB_REACH_PX` of the left and of the right limb; 0 if there is none.
+    near : ndarray of float32, shape (2, rows)
+        The same within `LIMB_MARGIN_PX`.
     offset_px : ndarray of float64, shape (2, rows)
-        Where that edge lies: pixels from the limb, positive to the right, between pixels by the parabola through
+        Where the found edge lies: pixels from the limb, positive to the right, between pixels by the parabola through
         three strengths; NaN if there is none.
     false : ndarray of float32, shape (rows,)
         Strength of the strongest edge between the limbs that is further than `LIMB_MARGIN_PX` from both.
     """
 
     found: Strength
+    near: Strength
     offset_px: NDArray[np.float64]
     false: Strength
 
@@ -168,19 +173,22 @@ def limb_rows(strength: Strength, suppressed: Strength, limbs_px: NDArray[np.flo
     strength, suppressed : ndarray of float32, shape (rows, columns)
         Edge strength before and after non-maximum suppression.
     limbs_px : ndarray of float64, shape (2, rows)
-        Column of the left and of the right limb, pixel centres at integers; both at least 3 pixels inside the picture.
+        Column of the left and of the right limb, pixel centres at integers; both at least 4 pixels inside the picture.
     """
     rows = np.arange(strength.shape[0])
-    found, offset = np.zeros(limbs_px.shape, np.float32), np.full(limbs_px.shape, np.nan)
+    found, near = np.zeros(limbs_px.shape, np.float32), np.zeros(limbs_px.shape, np.float32)
+    offset = np.full(limbs_px.shape, np.nan)
     for side, limb in enumerate(limbs_px):
-        column = np.rint(limb).astype(np.int64)[:, None] + np.arange(-1, 2)
-        near = np.where(np.abs(column - limb[:, None]) <= LIMB_REACH_PX, suppressed[rows[:, None], column], 0)
-        best = np.take_along_axis(column, np.argmax(near, axis=1)[:, None], 1)[:, 0]
-        found[side] = near.max(axis=1)
+        column = np.rint(limb).astype(np.int64)[:, None] + np.arange(-3, 4)
+        distance, edge = np.abs(column - limb[:, None]), suppressed[rows[:, None], column]
+        near[side] = np.where(distance <= LIMB_MARGIN_PX, edge, 0).max(axis=1)
+        edge = np.where(distance <= LIMB_REACH_PX, edge, 0)
+        found[side] = edge.max(axis=1)
+        best = np.take_along_axis(column, np.argmax(edge, axis=1)[:, None], 1)[:, 0]
         before, here, after = (strength[rows, best + step].astype(np.float64) for step in (-1, 0, 1))
         bend = before - 2 * here + after
         shift = np.where(bend < 0, 0.5 * (before - after) / np.where(bend < 0, bend, -1), 0)
         offset[side] = np.where(found[side] > 0, best + np.clip(shift, -1, 1) - limb, np.nan)
     columns = np.arange(strength.shape[1])
     inside = (columns > limbs_px[0][:, None] + LIMB_MARGIN_PX) & (columns < limbs_px[1][:, None] - LIMB_MARGIN_PX)
-    return LimbRows(found, offset, np.where(inside, suppressed, 0).max(axis=1))
+    return LimbRows(found, near, offset, np.where(inside, suppressed, 0).max(axis=1))

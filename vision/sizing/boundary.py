@@ -1,18 +1,18 @@
 """Boundaries of interest (algorithms 5 and 8): the bar's edges, without the background's and the weak ones.
 
-The source leaves two numbers open. alpha = 0.95 is taken as the factor on Otsu's threshold of the picture. beta = 240 of
-255 suppresses weak edges after strengths have been stretched so that Otsu's level of the strengths inside the mask lies
-at 240: taken literally, on strengths as they come, it leaves no edge at all.
+The source leaves two numbers open. alpha = 0.95 is taken as the factor on Otsu's threshold of the picture. beta = 240
+of 255 suppresses weak edges after strengths have been stretched so that Otsu's level of the strengths inside the mask
+lies at 240: taken literally, on strengths as they come, it leaves no edge at all.
 """
 
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from vision.edges.operators import EdgeMethod, detect_edges
+from vision.edges.thinning import ridges
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
@@ -87,7 +87,7 @@ def boundaries_of_interest(
         Share of Otsu's level of the strengths at which beta lies.
     """
     edges = detect_edges(_unit(picture), method)
-    thin = _thinned(edges.strength[:, seen], edges.normal_rad[:, seen])
+    thin = ridges(edges.strength[:, seen], edges.normal_rad[:, seen])
     return _denoised(_without_weak(thin if mask is None else thin * mask[:, seen], weak))
 
 
@@ -115,28 +115,3 @@ def _denoised(strong: Picture) -> Boundaries:
     thin = strong & (around > 1).astype(np.uint8)
     band = cv2.dilate(thin, np.ones((3, 3), np.uint8))
     return Boundaries(thin, np.asarray(band, dtype=np.uint8))
-
-
-@njit(nogil=True, cache=True)
-def _thinned(strength, normal):  # type: ignore[no-untyped-def]
-    rows, columns = strength.shape
-    thin = np.zeros_like(strength)
-    for r in range(1, rows - 1):
-        for c in range(1, columns - 1):
-            s = strength[r, c]
-            if s <= 0:
-                continue
-            dx, dy = np.cos(normal[r, c]), np.sin(normal[r, c])
-            keep = True
-            for sign in (-1.0, 1.0):
-                x, y = c + sign * dx, r + sign * dy
-                i, j = int(np.floor(y)), int(np.floor(x))
-                v, u = y - i, x - j
-                i1, j1 = min(i + 1, rows - 1), min(j + 1, columns - 1)
-                other = (1 - v) * ((1 - u) * strength[i, j] + u * strength[i, j1])
-                other += v * ((1 - u) * strength[i1, j] + u * strength[i1, j1])
-                if other > s or (sign < 0 and other == s):
-                    keep = False
-            if keep:
-                thin[r, c] = s
-    return thin

@@ -1,9 +1,9 @@
 """Where the tangents of two cameras cross: the exact model of a round bar in its section plane.
 
 Seen from a camera, the edges of a bar are tangents and not the ends of a diameter. In the section plane, with the
-camera at distance d from the axis, the two tangents leave the line to the axis by b, sin b = R / d. On a plane at any height
-they cut out a width; the widths of both views have a common middle on one plane only, and there R, the axis' height
-and its place across follow from that height, the mean width and the common middle.
+camera at distance d from the axis, the two tangents leave the line to the axis by b, sin b = R / d. On a plane at any
+height they cut out a width; the widths of both views have a common middle on one plane only, and there R, the axis'
+height and its place across follow from that height, the mean width and the common middle.
 """
 
 from dataclasses import dataclass
@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 
 ROUNDS = 30
 STEP_END_MM = 1e-9
+SLOPE_STEP_MM = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,12 +96,13 @@ def solve_section(cameras_mm: Array, plane_mm: float, width_mm: float, middle_mm
         slope = _slope(cameras_mm, section, plane_mm)
         if not (np.all(np.isfinite(slope)) and np.all(np.isfinite(residual))) or abs(np.linalg.det(slope)) < 1e-12:
             return None
-        step = np.linalg.solve(slope, residual)
+        step = np.asarray(np.linalg.solve(slope, residual), dtype=np.float64)
         section = section - step
         if np.abs(step).max() < STEP_END_MM:
             cuts = tangent_cuts(cameras_mm, section, plane_mm)
             gain = np.linalg.inv(slope)[2, 0]
-            return Section(*(float(value) for value in section), float(2 * gain), cuts[:, 1] - cuts[:, 0])
+            across, height, radius = section.tolist()
+            return Section(across, height, radius, float(2 * gain), cuts[:, 1] - cuts[:, 0])
     return None
 
 
@@ -112,9 +114,10 @@ def _seen(cameras_mm: Array, section: Array, plane_mm: float) -> Array:
 
 
 def _slope(cameras_mm: Array, section: Array, plane_mm: float) -> Array:
-    step = 1e-3
-    columns = [
-        (_seen(cameras_mm, section + move, plane_mm) - _seen(cameras_mm, section - move, plane_mm)) / (2 * step)
-        for move in step * np.eye(3)
-    ]
+    columns: list[Array] = []
+    for number in range(3):
+        up, down = section.copy(), section.copy()
+        up[number] += SLOPE_STEP_MM
+        down[number] -= SLOPE_STEP_MM
+        columns.append((_seen(cameras_mm, up, plane_mm) - _seen(cameras_mm, down, plane_mm)) / (2 * SLOPE_STEP_MM))
     return np.column_stack(columns)

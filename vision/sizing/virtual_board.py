@@ -117,11 +117,8 @@ class VirtualBoardGauge:
         count = [len(outlines) for outlines in found]
         if min(count) == 1 == max(count):
             return self.measure_bar(left, right, (found[0][0], found[1][0]))
-        if max(count) > 1:
-            reasons = Reason.SEVERAL_BARS
-        else:
-            reasons = Reason.NO_BAR if max(count) == 0 else Reason.ONE_CAMERA
-        return VirtualBoardReading(reasons=reasons | self._held())
+        missing = Reason.ONE_CAMERA if max(count) else Reason.NO_BAR
+        return VirtualBoardReading(reasons=(Reason.SEVERAL_BARS if max(count) > 1 else missing) | self._held())
 
     def _held(self) -> Reason:
         return Reason.BOARD_HELD if math.isfinite(self._loop.height_mm) else Reason.NONE

@@ -56,8 +56,8 @@ class VirtualBoardReading:
     diameter_mm : float
         Mean over the kept windows, eq. 3.19; NaN with any reason that forbids a value.
     u_edge_mm, u_board_mm, u_model_mm : float
-        Parts of its standard uncertainty (k = 1): scatter of the kept windows, scale of the board, edges that lie off as
-        a whole. NaN unless everything is corrected: what is then wrong has no standard uncertainty.
+        Parts of its standard uncertainty (k = 1): scatter of the kept windows, scale of the board, edges that lie off
+        as a whole. NaN unless everything is corrected: what is then wrong has no standard uncertainty.
     weighted_deviation_mm : float
         Median over the kept windows of Sigma, eq. 3.18.
     alignment_quality : float

@@ -88,7 +88,7 @@ def new_rings(cells: int, colours: int) -> Rings:
 
 
 def stages_starting_at(cell_row: int) -> NDArray[np.int64]:
-    """The next row of each stage (L, u, v; gradients; gradients at half scale; channels) if `cell_row` is wanted first."""
+    """The next row of L, u, v, of gradients at full and half scale, and of channels, if `cell_row` is wanted first."""
     channel = max(0, cell_row - _REACH)
     half = max(0, channel - _REACH)
     return np.array([2 * max(0, half - 1), max(0, 2 * channel - _REACH), half, channel], np.int64)

@@ -48,7 +48,7 @@ def checked_image(image: Floats) -> Floats:
         raise ValueError(f"image has the shape {image.shape}; wanted is (rows, columns) or (rows, columns, 3)")
     if min(image.shape[:2]) < PATCH_PX:
         raise ValueError(f"image has {image.shape[0]} rows and {image.shape[1]} columns; both must reach {PATCH_PX}")
-    return np.ascontiguousarray(image)
+    return np.require(image, requirements=("C", "A", "W"))  # other layouts would have the kernels compiled again
 
 
 def check_values(outside: int) -> None:

@@ -4,6 +4,7 @@ import threading
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache, lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from vision.edges.forest.model import StructuredForest, shipped_forest
 
 Floats = NDArray[np.float32]
 Region = tuple[slice, slice]
+Rectangle = tuple[int, int, int, int]  # first row, end row, first column, end column
 
 CELLS_AT_ONCE = 2_000_000  # values made before they are walked: 8 MB, so that they are still in the cache
 OVERLAP = PATCH_CELLS - 1  # rows of cells that the patches of one row and of the next ones share
@@ -97,7 +99,7 @@ class EdgeDetector:
         rectangles = [_rectangle(region, image) for region in regions]
         results = [np.empty((r[1] - r[0], r[3] - r[2]), np.float32) for r in rectangles]
         parts = [
-            (part, result[part[0] - whole[0] : part[1] - whole[0], part[2] - whole[2] : part[3] - whole[2]])
+            (part, result, (whole[0], whole[2]))
             for whole, result in zip(rectangles, results, strict=True)
             for part in _parts(whole, -(-self._threads // len(rectangles)))
         ]
@@ -105,11 +107,11 @@ class EdgeDetector:
         check_values(sum(run(lambda part: self._fill(image, *part), parts)))
         return results
 
-    def _fill(self, image: Floats, rectangle: tuple[int, int, int, int], strength: Floats) -> int:
-        """Strength of one rectangle; gives how many values outside 0 to 1 were met."""
+    def _fill(self, image: Floats, part: Rectangle, strength: Floats, corner: tuple[int, int]) -> int:
+        """Strength of one part, into an array that begins at `corner`; gives how many values outside 0 to 1 it met."""
         rows, columns, colours = image.shape
-        first_row, end_row = _places_seeing(rectangle[0], rectangle[1], rows)
-        first_column, end_column = _places_seeing(rectangle[2], rectangle[3], columns)
+        first_row, end_row = _places_seeing(part[0], part[1], rows)
+        first_column, end_column = _places_seeing(part[2], part[3], columns)
         left = max(0, 2 * (first_column - REACH_CELLS))
         right = min(columns, 2 * (end_column + PATCH_CELLS + REACH_CELLS))
         window = (0, left, rows, right - left)
@@ -129,11 +131,12 @@ class EdgeDetector:
             kept = OVERLAP
         weight = np.float32(1 / (32 * 16 * self.forest.trees_evaluated))
         even = (rows + rows % 2, columns + columns % 2)
-        walk.smoothed_votes(work.votes, (2 * first_row, left), rectangle, even, weight, strength)
+        walk.smooth_votes(work.votes, (2 * first_row, left), part, even, weight, strength, corner)
         return outside
 
     def _memory_for(self, width: int, place_rows: int, colours: int) -> tuple[channels.Rings, walk.Workspace]:
         """Memory for such a part: what this thread used last if it fits."""
+        place_rows = 32 * -(-place_rows // 32)  # so that it fits the next part too, which has a few rows more or less
         key = (width, place_rows, colours)
         if getattr(self._memory, "key", None) != key:
             self._memory.rings = channels.new_rings(width, colours)
@@ -145,17 +148,15 @@ class EdgeDetector:
 def _workspace(width: int, place_rows: int) -> walk.Workspace:
     stride = 32 * (-(-(width - 16) // 32)) + 16  # an odd number of cache lines: rows do not displace each other
     at_once = max(walk.PLACE_ROWS, CELLS_AT_ONCE // (channels.PLANES * stride) // walk.PLACE_ROWS * walk.PLACE_ROWS)
-    in_tile = walk.PLACE_ROWS * walk.PLACE_COLUMNS + walk.LANES
     return walk.Workspace(
         cells=np.zeros((min(place_rows, at_once) + OVERLAP, channels.PLANES, stride), np.float32),
         votes=np.zeros((2 * place_rows + LABEL_PX + 2, 2 * stride), np.uint16),
-        patches=np.zeros(in_tile, np.uint64),
-        corners=np.zeros(in_tile, np.int64),
-        arrived=np.zeros(walk.LANES, np.uint64),
+        waiting_nodes=np.zeros(walk.LANES, np.uint64),
+        waiting_lanes=np.zeros(walk.LANES, np.uint64),
     )
 
 
-def _rectangle(region: Region, image: Floats) -> tuple[int, int, int, int]:
+def _rectangle(region: Region, image: Floats) -> Rectangle:
     rows, columns = region
     first_row, end_row, row_step = rows.indices(image.shape[0])
     first_column, end_column, column_step = columns.indices(image.shape[1])
@@ -164,14 +165,14 @@ def _rectangle(region: Region, image: Floats) -> tuple[int, int, int, int]:
     return first_row, end_row, first_column, end_column
 
 
-def _parts(rectangle: tuple[int, int, int, int], count: int) -> list[tuple[int, int, int, int]]:
+def _parts(rectangle: Rectangle, count: int) -> list[Rectangle]:
     """The rectangle in so many parts along its longer side."""
     first_row, end_row, first_column, end_column = rectangle
     if end_row - first_row >= end_column - first_column or count == 1:
         cuts = np.linspace(first_row, end_row, count + 1).astype(int).tolist()
-        return [(a, b, first_column, end_column) for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+        return [(a, b, first_column, end_column) for a, b in pairwise(cuts)]
     cuts = np.linspace(first_column, end_column, count + 1).astype(int).tolist()
-    return [(first_row, end_row, a, b) for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+    return [(first_row, end_row, a, b) for a, b in pairwise(cuts)]
 
 
 def _places_seeing(first: int, end: int, pixels: int) -> tuple[int, int]:
@@ -182,28 +183,19 @@ def _places_seeing(first: int, end: int, pixels: int) -> tuple[int, int]:
 def _tables(forest: StructuredForest, width: int) -> walk.Tables:
     """Lay the forest out for cells of this width."""
     leaf = forest.left_children == 0
-    nodes, leaves = len(leaf), int(leaf.sum())
-    first_leaf = 1 << (walk.NODE_WORDS * nodes).bit_length()
-    words = np.zeros((first_leaf // walk.NODE_WORDS + leaves, walk.NODE_WORDS), np.uint32)
-    thresholds = words.view(np.float32)
     first, second = feature_offsets(np.arange(FEATURES), width)
-    words[:nodes, 0] = first[forest.feature_ids]
-    words[:nodes, 1] = second[forest.feature_ids]
-    thresholds[:nodes, 2] = np.where(leaf, np.inf, forest.thresholds)
-    roots = np.repeat(forest.tree_starts[:-1], np.diff(forest.tree_starts))
-    words[:nodes, 3] = walk.NODE_WORDS * (roots + forest.left_children)
-    leaf_addresses = first_leaf + walk.NODE_WORDS * np.arange(leaves)
-    words[:nodes, 3][leaf] = leaf_addresses
-    words[first_leaf // walk.NODE_WORDS :, 3] = leaf_addresses
-    thresholds[first_leaf // walk.NODE_WORDS :, 2] = np.inf
-    row, column = np.divmod(forest.edge_places.astype(np.int64), LABEL_PX)
+    roots = np.repeat(forest.tree_starts[:-1], np.diff(forest.tree_starts)).astype(np.int64)
+    words = np.zeros((len(leaf), walk.NODE_WORDS), np.uint32)
+    words[:, 0] = np.where(leaf, forest.edge_starts[:-1], first[forest.feature_ids])
+    words[:, 1] = np.where(leaf, forest.edge_starts[1:], second[forest.feature_ids])
+    words.view(np.float32)[:, 2] = forest.thresholds
+    words[:, 3] = np.where(leaf, words.size, walk.NODE_WORDS * (roots + forest.left_children))
     return walk.Tables(
         nodes=words.reshape(-1),
-        thresholds=thresholds.reshape(-1),
+        thresholds=words.view(np.float32).reshape(-1),
         roots=walk.NODE_WORDS * forest.tree_starts[:-1].astype(np.uint64),
-        first_leaf=np.uint64(first_leaf),
-        edge_starts=np.append(forest.edge_starts[:-1][leaf], forest.edge_starts[-1]).astype(np.int64),
-        edge_offsets=row * 2 * width + column,
+        end=np.uint64(words.size),
+        edge_places=forest.edge_places.copy(),
         trees_evaluated=forest.trees_evaluated,
     )
 

@@ -1,5 +1,7 @@
 """The forest as a value: trees of tests on patch features, and in their leaves where a patch has edges."""
 
+import io
+import struct
 import zlib
 from dataclasses import dataclass
 from functools import cache
@@ -22,6 +24,10 @@ _ARRAYS = {
     "edge_starts": np.int32,
     "edge_places": np.uint8,
 }
+_DAMAGE = (
+    *(ArithmeticError, AttributeError, BadZipFile, EOFError, LookupError, MemoryError, NotImplementedError, OSError),
+    *(RuntimeError, SyntaxError, TypeError, ValueError, struct.error, zlib.error),
+)  # what the readers of zip and npy say of files that were cut, overwritten or never theirs
 _NUMBERS = {"format": np.int32, "trees_evaluated": np.int32}
 
 
@@ -129,10 +135,11 @@ class StructuredForest:
         OSError
             It cannot be read.
         """
+        content = Path(file).read_bytes() if isinstance(file, str | Path) else file.read()
         try:
-            with np.load(file, allow_pickle=False) as archive:
+            with np.load(io.BytesIO(content), allow_pickle=False) as archive:
                 entries = {name: np.asarray(archive[name]) for name in (*_ARRAYS, *_NUMBERS)}
-        except (BadZipFile, zlib.error, KeyError, EOFError, AttributeError, TypeError, ValueError) as error:
+        except _DAMAGE as error:
             raise ValueError(f"{_name(file)} is no intact forest model: {error}") from error
         numbers = {name: entries.pop(name) for name in _NUMBERS}
         if any(number.shape != () or number.dtype != _NUMBERS[name] for name, number in numbers.items()):

@@ -61,7 +61,7 @@ def two_classes(masks: Masks, rng: np.random.Generator) -> NDArray[np.uint8]:
         if length < 1e-9:
             return np.zeros(len(masks), np.uint8)
         direction /= length
-    return _projected(masks, pairs, direction) > 0
+    return (_projected(masks, pairs, direction.astype(np.float32)) > 0).astype(np.uint8)
 
 
 def medoid(masks: Masks, rng: np.random.Generator) -> NDArray[np.uint8]:

@@ -19,7 +19,6 @@ from vision.edges.forest.tree import Growth, Patches, Tree, grow
 
 NEAR_PX = 8.0  # a patch shows an edge when one passes its middle as near as this
 GRADIENT_PLANE = 3  # magnitude at full scale, lightly smoothed
-UNEVEN_PART = 0.5  # of the patches without an edge that are drawn by how uneven the picture is there
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,6 +44,8 @@ def train_tree(
     growth: Growth,
     rng: np.random.Generator,
     on_progress: Callable[[int], None] = lambda _: None,
+    *,
+    uneven_part: float = 0.0,
 ) -> Tree:
     """Draw patches from examples and grow a tree of them.
 
@@ -59,6 +60,9 @@ def train_tree(
         The same examples and generator give the same tree.
     on_progress : callable
         Gets the number of patches that have been drawn, and again that have reached a leaf, since the last call.
+    uneven_part : float
+        Of the patches without an edge, which are drawn the likelier the more uneven the picture is there. What is steep
+        and no edge is learnt better; but strength is then no longer as probable as the edge.
 
     Returns
     -------
@@ -77,7 +81,7 @@ def train_tree(
     for example in examples:
         own = smoothed_cells(example.image)
         for opinion, count in zip(example.segments, _shares(patches_per_example, len(example.segments)), strict=True):
-            rows, columns = _places(opinion, own[:, GRADIENT_PLANE], count, rng)
+            rows, columns = _places(opinion, own[:, GRADIENT_PLANE], count, rng, uneven_part)
             start.append(first + rows * own[0].size + columns)
             width.append(np.full(len(rows), own.shape[2]))
             masks.append(_masks(opinion, 2 * rows, 2 * columns))
@@ -87,12 +91,23 @@ def train_tree(
     if not sum(map(len, start)):
         raise ValueError("examples: at least one of 16 x 16 pixels wanted")
     patches = Patches(
-        np.concatenate(cells),
+        _joined(cells),
         np.concatenate(start),
         np.concatenate(width),
         np.concatenate(masks),
     )
     return grow(patches, growth, rng, on_progress)
+
+
+def _joined(parts: list[NDArray[np.float32]]) -> NDArray[np.float32]:
+    """One array of all parts; each is given up as soon as it is copied, so that memory does not hold them twice."""
+    whole = np.empty(sum(map(len, parts)), np.float32)
+    end = len(whole)
+    while parts:
+        part = parts.pop()
+        whole[end - len(part) : end] = part
+        end -= len(part)
+    return whole
 
 
 def _shares(total: int, parts: int) -> list[int]:
@@ -101,7 +116,11 @@ def _shares(total: int, parts: int) -> list[int]:
 
 
 def _places(
-    segments: NDArray[np.integer], gradient: NDArray[np.float32], count: int, rng: np.random.Generator
+    segments: NDArray[np.integer],
+    gradient: NDArray[np.float32],
+    count: int,
+    rng: np.random.Generator,
+    uneven_part: float,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Channel cells of the upper left corners of drawn patches: half near an edge, half not."""
     near = _edge_distance(segments) < NEAR_PX
@@ -112,20 +131,27 @@ def _places(
     known = cv2.erode((segments >= 0).astype(np.uint8), np.ones((LABEL_PX, LABEL_PX)), anchor=(0, 0), borderValue=0)
     known = known[: near.shape[0] - LABEL_PX + 1 : 2, : near.shape[1] - LABEL_PX + 1 : 2] > 0
     with_edge, without = np.flatnonzero(middle & known), np.flatnonzero(~middle & known)
-    drawn = [_drawn(with_edge, count - count // 2, None, rng), _drawn(without, count // 2, uneven.ravel(), rng)]
+    drawn = [
+        _drawn(with_edge, count - count // 2, rng),
+        _drawn(without, count // 2, rng, np.asarray(uneven, np.float32).ravel(), uneven_part),
+    ]
     rows, columns = np.divmod(np.concatenate(drawn), middle.shape[1])
     return rows, columns
 
 
 def _drawn(
-    places: NDArray[np.int64], count: int, weight: NDArray[np.float32] | None, rng: np.random.Generator
+    places: NDArray[np.int64],
+    count: int,
+    rng: np.random.Generator,
+    weight: NDArray[np.float32] | None = None,
+    weighted_part: float = 0.0,
 ) -> NDArray[np.int64]:
-    """At most so many of the places, without repeating one."""
+    """At most so many of the places, without repeating one; a part of them in proportion to weights."""
     count = min(count, len(places))
-    if weight is None or not count:
+    if weight is None or not weighted_part or not count:
         return rng.choice(places, count, replace=False)
     weights = weight[places].astype(np.float64) + 1e-6
-    chance = UNEVEN_PART * weights / weights.sum() + (1 - UNEVEN_PART) / len(places)
+    chance = weighted_part * weights / weights.sum() + (1 - weighted_part) / len(places)
     return rng.choice(places, count, replace=False, p=chance / chance.sum())
 
 

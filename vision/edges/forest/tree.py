@@ -110,7 +110,7 @@ def grow(
     while waiting:
         node, members, depth = waiting.pop()
         masks = patches.masks[members]
-        split = None
+        split, candidates = None, usable
         if len(members) >= 2 * growth.least_patches and depth < growth.greatest_depth and (masks != masks[0]).any():
             candidates = rng.choice(usable, tried, replace=False)
             split = _split(patches, members, two_classes(masks, rng), candidates, growth.least_patches)
@@ -164,7 +164,7 @@ def _best(
         ones += classes[n]
     # weighted Gini impurity of a side of m patches with k of class 1, times the count: 2 k (m - k) / m
     before = 2.0 * ones * (count - ones) / count
-    best, best_threshold, best_gain = 0, np.float32(0), 0.0
+    best, best_threshold, best_gain = 0, 0.0, 0.0
     for f in range(len(values)):
         order = np.argsort(values[f])
         left_ones = 0
@@ -179,6 +179,6 @@ def _best(
             after = 2.0 * left_ones * (left - left_ones) / left + 2.0 * right_ones * (right - right_ones) / right
             if (before - after) / count > best_gain:
                 middle = low + (high - low) * np.float32(0.5)
-                best, best_threshold = f, middle if middle > low else high
+                best, best_threshold = f, float(middle if middle > low else high)
                 best_gain = (before - after) / count
     return best, best_threshold, best_gain

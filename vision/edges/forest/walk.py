@@ -4,45 +4,46 @@ Compiled code is kept on disk, and numba makes it anew when the file changes in 
 another one does. So nothing here calls or reads what is compiled in `channels`, nor the other way round.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
+from llvmlite import ir
+from numba import njit, types
+from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 NODE_WORDS = 4  # offset of the first operand, of the second, threshold, address of the left child: 16 bytes
 PLACE_ROWS = 16  # rows and columns of places that are walked together, so that their cells stay in the cache
 PLACE_COLUMNS = 64
-LANES = 8
+LANES = 4  # patches side by side that walk together
 
 _1, _2, _3 = np.uint64(1), np.uint64(2), np.uint64(3)
+_NODE = np.uint64(NODE_WORDS)
+_NOBODY = np.uint64(0)
 
 
 class Tables(NamedTuple):
-    """The forest, laid out for one width of cells and of votes.
+    """The forest, laid out for one width of cells.
 
     Attributes
     ----------
     nodes : ndarray of uint32, shape (words,)
-        All nodes, then the leaves from the word `first_leaf` on, which is a power of two above all nodes. A patch goes
-        to the right child, one node behind the left one, if its feature reaches the threshold. A leaf leads to
-        itself, so that patches that have arrived can go on walking with the others.
+        A patch goes to the right child, one node behind the left one, if its feature reaches the threshold. A leaf
+        has no operands but the start and end of its edges instead, and `end`, an address behind all nodes, as child.
     thresholds : ndarray of float32, shape (words,)
         The same memory, read as numbers.
     roots : ndarray of uint64, shape (trees,)
-    first_leaf : uint64
-    edge_starts : ndarray of int64, shape (leaves + 1,)
-    edge_offsets : ndarray of int64, shape (edge places,)
-        Offsets into the flattened votes.
+    end : uint64
+    edge_places : ndarray of uint8, shape (places,)
+        16 row + column in the label mask.
     trees_evaluated : int
     """
 
     nodes: NDArray[np.uint32]
     thresholds: NDArray[np.float32]
     roots: NDArray[np.uint64]
-    first_leaf: np.uint64
-    edge_starts: NDArray[np.int64]
-    edge_offsets: NDArray[np.int64]
+    end: np.uint64
+    edge_places: NDArray[np.uint8]
     trees_evaluated: int
 
 
@@ -54,82 +55,104 @@ class Workspace(NamedTuple):
     cells : ndarray of float32, shape (rows, PLANES, width)
         A place (i, j) reads from the cells (i to i + 15, j to j + 15).
     votes : ndarray of uint16, shape (rows, 2 * width)
-    patches : ndarray of uint64, shape (places of a tile + LANES,)
-    corners : ndarray of int64, shape (places of a tile + LANES,)
-    arrived : ndarray of uint64, shape (LANES,)
+    waiting_nodes, waiting_lanes : ndarray of uint64, shape (LANES,)
+        Where patches wait that parted from the others.
     """
 
     cells: NDArray[np.float32]
     votes: NDArray[np.uint16]
-    patches: NDArray[np.uint64]
-    corners: NDArray[np.int64]
-    arrived: NDArray[np.uint64]
+    waiting_nodes: NDArray[np.uint64]
+    waiting_lanes: NDArray[np.uint64]
 
 
-@njit(nogil=True, cache=True)
-def _step(nodes, thresholds, cells, patch, node):
-    """The child to which the patch goes whose first cell is `patch`."""
-    feature = cells[patch + nodes[node]] - cells[patch + nodes[node + _1]]
-    right = np.uint64(feature >= thresholds[node + _2])
-    return np.uint64(nodes[node + _3]) + (right << _2)
+def _typed_reaching(_typing: Any, cells: Any, first: Any, second: Any, threshold: Any) -> Any:
+    """Which of four neighbours reach the threshold: bit k is cells[first + k] - cells[second + k] >= threshold.
 
-
-@njit(nogil=True, cache=True)
-def _walk_together(tables, root, cells, patches, arrived):
-    """Walk eight patches from the root to their leaves, in step, so that their memory accesses overlap."""
-    nodes, thresholds, first_leaf = tables.nodes, tables.thresholds, tables.first_leaf
-    p0, p1, p2, p3 = patches[0], patches[1], patches[2], patches[3]
-    p4, p5, p6, p7 = patches[4], patches[5], patches[6], patches[7]
-    n0 = n1 = n2 = n3 = n4 = n5 = n6 = n7 = root
-    while (n0 & n1 & n2 & n3 & n4 & n5 & n6 & n7) < first_leaf:
-        n0 = _step(nodes, thresholds, cells, p0, n0)
-        n1 = _step(nodes, thresholds, cells, p1, n1)
-        n2 = _step(nodes, thresholds, cells, p2, n2)
-        n3 = _step(nodes, thresholds, cells, p3, n3)
-        n4 = _step(nodes, thresholds, cells, p4, n4)
-        n5 = _step(nodes, thresholds, cells, p5, n5)
-        n6 = _step(nodes, thresholds, cells, p6, n6)
-        n7 = _step(nodes, thresholds, cells, p7, n7)
-    arrived[0], arrived[1], arrived[2], arrived[3] = n0, n1, n2, n3
-    arrived[4], arrived[5], arrived[6], arrived[7] = n4, n5, n6, n7
-
-
-@njit(nogil=True, cache=True)
-def _places_of_tree(behind, tile, tables, work):
-    """List the places of a tile that ask one tree, by their corners in cells and in votes; gives their number.
-
-    The place (i, j) asks the trees i + j to i + j + trees_evaluated - 1, modulo all. `behind` is how many trees the
-    tile's first place asks before this one.
+    One vector instruction each to load, subtract, compare and gather the bits; numba would do them one by one.
     """
-    rows, columns, cell_corner, vote_corner = tile
-    trees = tables.roots.shape[0]
-    cell_stride, vote_stride = work.cells.shape[1] * work.cells.shape[2], work.votes.shape[1]
-    count = 0
-    for i in range(rows):
-        before = (behind - i) % trees
-        for j in range(columns):
-            work.patches[count] = np.uint64(cell_corner + i * cell_stride + j)
-            work.corners[count] = vote_corner + 2 * (i * vote_stride + j)
-            count += before < tables.trees_evaluated
-            before = before - 1 if before > 0 else trees - 1
-    return count
+
+    def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+        four = ir.VectorType(ir.FloatType(), LANES)
+
+        def four_from(index: Any) -> Any:
+            values = builder.load(builder.bitcast(builder.gep(data, [index]), four.as_pointer()))
+            values.align = 4
+            return values
+
+        difference = builder.fsub(four_from(arguments[1]), four_from(arguments[2]))
+        thresholds = ir.Constant(four, ir.Undefined)
+        for lane in range(LANES):
+            thresholds = builder.insert_element(thresholds, arguments[3], ir.Constant(ir.IntType(32), lane))
+        bits = builder.bitcast(builder.fcmp_ordered(">=", difference, thresholds), ir.IntType(LANES))
+        return builder.zext(bits, ir.IntType(64))
+
+    return types.uint64(cells, first, second, threshold), build
+
+
+_reaching: Any = intrinsic(_typed_reaching)
 
 
 @njit(nogil=True, cache=True)
-def _vote_in_tile(behind, tile, tables, work):
-    """Let the places of a tile vote: rows, columns, corner in the flattened cells, corner in the flattened votes."""
+def _vote(tables, leaf, lanes, votes, corner, vote_stride):
+    """Add the leaf's edges to the votes of all patches in `lanes`, whose label masks lie two pixels apart."""
+    for edge in range(np.int64(tables.nodes[leaf]), np.int64(tables.nodes[leaf + _1])):
+        place = np.int64(tables.edge_places[edge])
+        pixel = corner + (place >> 4) * vote_stride + (place & 15)
+        for lane in range(LANES):
+            votes[pixel + 2 * lane] += np.uint16((lanes >> np.uint64(lane)) & _1)
+
+
+@njit(nogil=True, cache=True)
+def _walk(tables, root, lanes, patch, corner, cells, votes, work):
+    """Take up to four patches side by side to their leaves; they go together as long as they take the same way.
+
+    Neighbours mostly do, so that a node costs little more for four patches than for one; and since the way is mostly
+    the one that the processor expects, it does not wait for the comparison before it reads the next node.
+    """
+    nodes, thresholds = tables.nodes, tables.thresholds
+    waiting = 0
+    node = root
+    while True:
+        child = np.uint64(nodes[node + _3])
+        while child < tables.end:
+            first, second = patch + nodes[node], patch + nodes[node + _1]
+            right = _reaching(cells, first, second, thresholds[node + _2]) & lanes
+            node = child
+            if right == lanes:
+                node = child + _NODE
+            elif right != _NOBODY:
+                work.waiting_nodes[waiting], work.waiting_lanes[waiting] = child + _NODE, right
+                waiting += 1
+                lanes ^= right
+            child = np.uint64(nodes[node + _3])
+        _vote(tables, node, lanes, votes, corner, work.votes.shape[1])
+        if waiting == 0:
+            return
+        waiting -= 1
+        node, lanes = work.waiting_nodes[waiting], work.waiting_lanes[waiting]
+
+
+@njit(nogil=True, cache=True)
+def _vote_in_tile(phase, size, cell_corner, vote_corner, tables, work):
+    """Let the places of a tile (rows, columns) vote; `phase` is i + j of its first place on the whole grid.
+
+    The place (i, j) asks the trees i + j to i + j + trees_evaluated - 1, modulo all: of each tree the places of a row
+    that ask it are runs side by side.
+    """
     cells, votes = work.cells.reshape(-1), work.votes.reshape(-1)
-    for tree in range(tables.roots.shape[0]):
-        count = _places_of_tree(tree + behind, tile, tables, work)
-        for lane in range(count, count + LANES):  # fill the last eight up
-            work.patches[lane] = work.patches[0]
-        for first in range(0, count, LANES):
-            _walk_together(tables, tables.roots[tree], cells, work.patches[first : first + LANES], work.arrived)
-            for lane in range(min(LANES, count - first)):
-                leaf = np.int64((work.arrived[lane] - tables.first_leaf) >> _2)
-                corner = work.corners[first + lane]
-                for edge in range(tables.edge_starts[leaf], tables.edge_starts[leaf + 1]):
-                    votes[corner + tables.edge_offsets[edge]] += np.uint16(1)
+    cell_stride, vote_stride = work.cells.shape[1] * work.cells.shape[2], work.votes.shape[1]
+    trees, run = tables.roots.shape[0], tables.trees_evaluated
+    rows, columns = size
+    for tree in range(trees):
+        for i in range(rows):
+            for start in range((tree - phase - i - run + 1) % trees - trees, columns, trees):
+                end = min(start + run, columns)
+                for j in range(max(start, 0), end, LANES):
+                    lanes = (_1 << np.uint64(min(LANES, end - j))) - _1
+                    patch = np.uint64(cell_corner + i * cell_stride + j)
+                    corner = vote_corner + 2 * (i * vote_stride + j)
+                    _walk(tables, tables.roots[tree], lanes, patch, corner, cells, votes, work)
 
 
 @njit(nogil=True, cache=True)
@@ -150,10 +173,9 @@ def count_votes(rows, columns, held, phase, tables, work):
     cell_stride, vote_stride = work.cells.shape[1] * work.cells.shape[2], work.votes.shape[1]
     for row in range(rows[0], rows[1], PLACE_ROWS):
         for column in range(columns[0], columns[1], PLACE_COLUMNS):
-            cell_corner = (row - held) * cell_stride + column
-            vote_corner = 2 * (row * vote_stride + column)
             size = min(PLACE_ROWS, rows[1] - row), min(PLACE_COLUMNS, columns[1] - column)
-            _vote_in_tile(-(phase + row + column), (size[0], size[1], cell_corner, vote_corner), tables, work)
+            cell_corner = (row - held) * cell_stride + column
+            _vote_in_tile(phase + row + column, size, cell_corner, 2 * (row * vote_stride + column), tables, work)
 
 
 @njit(nogil=True, cache=True)
@@ -164,7 +186,7 @@ def _reflected(index, length):
 
 
 @njit(nogil=True, cache=True)
-def smoothed_votes(votes, place, region, shape, weight, strength):
+def smooth_votes(votes, place, part, shape, weight, strength, corner):
     """Smooth votes by [1 2 1] / 4 both ways and weight them.
 
     Parameters
@@ -173,15 +195,17 @@ def smoothed_votes(votes, place, region, shape, weight, strength):
         Of the pixel `place` and those below and to the right of it.
     place : tuple of int
         Row and column in the image.
-    region : tuple of int
+    part : tuple of int
         First row, end row, first column, end column in the image: what is wanted.
     shape : tuple of int
         Rows and columns of the image, made even, at whose border votes are reflected.
     weight : float32
-    strength : ndarray of float32, shape (rows of the region, columns of the region)
-        The result.
+    strength : ndarray of float32, shape (rows, columns)
+        Where the result goes.
+    corner : tuple of int
+        Row and column in the image of `strength`'s first pixel.
     """
-    first_row, end_row, first_column, end_column = region
+    first_row, end_row, first_column, end_column = part
     sums = np.empty(end_column - first_column + 2, np.int32)
     inner = sums[1:-1]
     left = first_column - place[1]
@@ -194,6 +218,6 @@ def smoothed_votes(votes, place, region, shape, weight, strength):
         for x, column in ((0, first_column - 1), (sums.shape[0] - 1, end_column)):
             source = _reflected(column, shape[1]) - place[1]
             sums[x] = 2 * here[source] + above[source] + below[source]
-        smoothed = strength[row - first_row]
+        smoothed = strength[row - corner[0], first_column - corner[1] : end_column - corner[1]]
         for x in range(smoothed.shape[0]):
             smoothed[x] = weight * np.float32(2 * sums[x + 1] + sums[x] + sums[x + 2])

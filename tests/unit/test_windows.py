@@ -1,0 +1,98 @@
+"""Algorithms 8, 9 and 10 on boundaries that are drawn by hand."""
+
+import numpy as np
+import pytest
+
+from vision.sizing.boundary import boundaries_of_interest, hot_mask
+from vision.sizing.deviation import similarity_ratio, trusted_windows, weighted_deviation, window_statistics
+from vision.sizing.regression import WindowPoints, random_regression, two_sides, windowed
+from vision.sizing.robust_line import robust_line
+
+RNG = np.random.default_rng(3)
+
+
+def bar_picture(noise=2.0):
+    """A bright upright bar, columns 40 to 99, on a dark ground with one faint stripe."""
+    picture = np.full((80, 160), 20.0)
+    picture[:, 40:100] = 200.0
+    picture[:, 130:134] = 35.0
+    return np.clip(picture + RNG.normal(0, noise, picture.shape), 0, 255).astype(np.uint8)
+
+
+def test_the_mask_holds_the_bar_and_not_the_background():
+    mask = hot_mask(bar_picture())
+    assert mask[:, 40:100].all()
+    assert not mask[:, 110:].any()
+
+
+@pytest.mark.parametrize("method", ["forest", "sobel", "prewitt", "roberts", "canny"])
+def test_the_boundaries_enclose_the_bar_s_two_edges_and_nothing_else(method):
+    picture = bar_picture()
+    found = boundaries_of_interest(picture, hot_mask(picture), method)
+    columns = np.flatnonzero(found.band[10:-10].mean(axis=0) > 0.9)
+    assert {39, 40} & set(columns)
+    assert {99, 100} & set(columns)
+    points = found.traced()
+    near = np.minimum(np.abs(points[:, 0] - 39.5), np.abs(points[:, 0] - 99.5))
+    assert np.mean(near <= 4) > 0.95
+
+
+def test_a_picture_without_edges_has_no_boundaries():
+    picture = np.full((64, 64), 90, dtype=np.uint8)
+    found = boundaries_of_interest(picture, np.ones_like(picture), "sobel")
+    assert not found.band.any()
+    assert found.traced().shape == (0, 2)
+
+
+def test_k_means_splits_a_window_s_points_into_left_and_right():
+    points = np.array([[c + d, r] for r in range(20) for c in (30.0, 90.0) for d in (-1.0, 1.0)])
+    first, second = two_sides(windowed(points, 5, 4))
+    assert np.nanmax(first.column) == 31.0
+    assert np.nanmin(second.column) == 89.0
+    assert np.isfinite(first.column).sum() == np.isfinite(second.column).sum() == 40
+
+
+def test_points_below_the_last_whole_window_are_left_out():
+    points = np.array([[1.0, row] for row in range(23)])
+    assert np.nanmax(windowed(points, 5, 4).row) == 19.0
+
+
+def test_random_lines_through_points_of_one_line_are_that_line_and_come_again():
+    row = np.arange(40.0).reshape(4, 10)
+    lines = [random_regression(WindowPoints(row, 0.2 * row + 7), 4, 10, np.random.default_rng(1)) for _ in range(2)]
+    assert lines[0].at(row) == pytest.approx(np.broadcast_to((0.2 * row + 7)[:, None], (4, 10, 10)))
+    assert np.array_equal(lines[0].slope, lines[1].slope)
+
+
+def test_a_window_with_too_few_points_has_no_line():
+    column = np.full((2, 10), 5.0)
+    column[1, 3:] = np.nan
+    lines = random_regression(WindowPoints(np.arange(20.0).reshape(2, 10), column), 4, 10, np.random.default_rng(1))
+    assert np.isfinite(lines.slope[0]).all()
+    assert np.isnan(lines.slope[1]).all()
+
+
+def test_statistics_and_weights_are_those_of_the_equations():
+    sampled = np.array([[100.0, 102.0, 104.0], [50.0, 50.0, 50.0]])
+    l_mm, sigma = window_statistics(sampled)
+    assert l_mm == pytest.approx([102.0, 50.0])
+    assert sigma == pytest.approx([np.sqrt(8 / 3), 0.0])
+    ratio = similarity_ratio(np.array([[10.0, 30.0], [5.0, 5.0]]), 10.0)
+    assert ratio == pytest.approx([2.0, 0.5])
+    assert weighted_deviation(ratio, np.array([1.0, 1.0])) == pytest.approx([4 * np.e, 0.25 * np.exp(-0.5)])
+
+
+def test_windows_whose_sigma_jumps_are_not_trusted_and_even_ones_all_are():
+    sigma = np.append(RNG.uniform(0.9, 1.1, 60), [9.0, np.nan])
+    assert trusted_windows(sigma).tolist() == [True] * 60 + [False, False]
+    assert trusted_windows(np.full(10, 0.3)).all()
+    assert not trusted_windows(np.full(3, np.nan)).any()
+
+
+def test_a_third_of_the_points_may_be_off_a_robust_line():
+    row = np.arange(90.0)
+    column = 0.01 * row + 20 + RNG.normal(0, 0.05, 90)
+    column[RNG.permutation(90)[:27]] += 6.0
+    slope, start = robust_line(row, column)
+    assert slope == pytest.approx(0.01, abs=0.003)
+    assert start == pytest.approx(20.0, abs=0.1)

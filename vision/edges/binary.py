@@ -1,0 +1,57 @@
+"""From edge strength to edge or no edge."""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+EVERY_EDGE, BAR_EDGES, CLEAR_EDGES = 0.02, 0.2, 0.3  # the source's confidences: whole line, hot bar, close-up
+
+
+def binarised(strength: NDArray[np.float32], confidence: float) -> NDArray[np.bool_]:
+    """Edges of at least this confidence.
+
+    Parameters
+    ----------
+    strength : ndarray of float32, shape (rows, columns)
+        0 to 1, as `vision.edges.operators.detect_edges` gives it, thinned or not.
+    confidence : float
+        Share of full scale, which is 1 and not the strongest edge in the picture: what is an edge does not depend on
+        what else is in view.
+
+    Returns
+    -------
+    ndarray of bool, shape (rows, columns)
+
+    Raises
+    ------
+    ValueError
+        `confidence` is not above 0 and at most 1.
+    """
+    if not 0 < confidence <= 1:
+        raise ValueError(f"confidence is {confidence}; it must be above 0 and at most 1")
+    return strength >= np.float32(confidence)
+
+
+def denoised(edges: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Keep edge pixels that have at least two others among their eight neighbours (algorithm 4 of the dissertation).
+
+    All pixels are judged by the picture as it comes in. Those at the border, which the source does not visit, are
+    judged like all others; beyond the border there are no edges.
+
+    Parameters
+    ----------
+    edges : ndarray of bool, shape (rows, columns)
+
+    Returns
+    -------
+    ndarray of bool, shape (rows, columns)
+
+    Raises
+    ------
+    TypeError
+        `edges` is no array of bool.
+    """
+    if edges.dtype != np.bool_:
+        raise TypeError(f"edges is an array of {edges.dtype}; wanted is bool")
+    within = cv2.boxFilter(edges.astype(np.uint8), cv2.CV_8U, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
+    return edges & (np.asarray(within) > 2)
