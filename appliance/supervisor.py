@@ -156,7 +156,8 @@ class Supervisor:
             self._news.clear()
             self._publish()
             with contextlib.suppress(TimeoutError):
-                await asyncio.wait_for(self._news.wait(), SWAP_PERIOD_S)
+                async with asyncio.timeout(SWAP_PERIOD_S):
+                    await self._news.wait()
 
     async def _start_server(self) -> None:
         self._publish()

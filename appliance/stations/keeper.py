@@ -156,8 +156,9 @@ async def _listen(reader: asyncio.StreamReader, on_message: Callable[[Message], 
     heard_s = time.monotonic()
     try:
         while True:
-            left_s = heard_s + limit_s - time.monotonic()
-            line = await asyncio.wait_for(reader.readline(), left_s)
+            # not `wait_for`, which forgets that it was cancelled when a line comes in the same moment
+            async with asyncio.timeout(heard_s + limit_s - time.monotonic()):
+                line = await reader.readline()
             if not line.endswith(b"\n"):
                 return "the measuring process ended"  # a half-written last line is no message
             message = parse(line)

@@ -86,7 +86,7 @@ def _measure(settings: SizingSettings, link: StationLink, closed: threading.Even
             pair = source.next(PAIR_TIMEOUT_S)
             verdict = liveness.look(pair and Exposure.of(pair), time.monotonic())
             if pair is None or not verdict.counts:
-                _tell_lost(verdict, link)
+                _tell_lost(verdict, link, opens_again=not source.simulated)
                 continue
             reading, elapsed_ms = gauge.measure(pair.left, pair.right)
             message = to_message(
@@ -95,10 +95,10 @@ def _measure(settings: SizingSettings, link: StationLink, closed: threading.Even
             link.send(message.model_copy(update={"faults": verdict.faults}))
 
 
-def _tell_lost(verdict: Verdict, link: StationLink) -> None:
-    """Tell what is wrong with pictures that do not count; after a while raise it, and the source is opened again."""
+def _tell_lost(verdict: Verdict, link: StationLink, *, opens_again: bool) -> None:
+    """Tell what is wrong with pictures that do not count; cameras are opened again for it after a while."""
     for fault, detail in verdict.faults.items():
-        if verdict.lost_s > REOPEN_AFTER_S:
+        if opens_again and verdict.lost_s > REOPEN_AFTER_S:  # a recording would begin anew and never end
             raise CameraError(detail, fault)
         link.send(_fault(fault, detail))
 

@@ -23,6 +23,8 @@ state_directory = "state"
 silent_after_s = 1
 [sizing]
 stale_after_ms = 5000  # a busy computer may be late; lateness has tests of its own
+[sizing.liveness]
+lost_after_ms = 5000
 [sizing.camera]
 kind = "mill"
 seed = {seed}

@@ -93,3 +93,18 @@ def test_a_program_that_does_not_exist_is_an_end_like_any_other(environment):
     asyncio.run(run())
     assert told[0].state == "restarting"
     assert "cannot be started" in told[0].detail
+
+
+def test_a_keeper_that_is_cancelled_as_a_message_arrives_is_cancelled():
+    async def run() -> bool:
+        reader = asyncio.StreamReader()
+        task = asyncio.create_task(keeper._listen(reader, lambda _: None))
+        await asyncio.sleep(0.05)
+        reader.feed_data(reading().model_dump_json().encode() + b"\n")
+        task.cancel()
+        await asyncio.wait({task}, timeout=0.5)
+        ended = task.cancelled()
+        task.cancel()
+        return ended
+
+    assert asyncio.run(run())

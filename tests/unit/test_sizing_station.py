@@ -117,6 +117,21 @@ def test_a_picture_that_breaks_is_a_lost_camera_until_it_is_mended(start, record
     assert station.hear_until(ReadingMessage).valid
 
 
+def test_a_recording_of_a_frozen_camera_is_played_to_its_end(start, recording, rig, monkeypatch):
+    monkeypatch.setattr(sizing, "REOPEN_AFTER_S", 0.2)
+    for number in range(1, 20):
+        for side in SIDES:
+            picture = recording / side / f"{number:06d}.png"
+            picture.write_bytes((recording / side / "000000.png").read_bytes())
+    station = start(rig=rig, camera=camera(recording, loop=False), liveness={"lost_after_ms": 100})
+    assert station.hear_until(ReadingMessage).valid
+    seen = [station.hear_until(StateMessage).fault]
+    while seen[-1] != "recording_over":
+        assert len(seen) < 50
+        seen.append(station.hear_until(StateMessage).fault)
+    assert seen[0] == "camera_frozen"
+
+
 def test_a_rig_that_is_missing_is_a_fault_until_it_is_there(start, recording, rig, tmp_path):
     late = tmp_path / "late.json"
     station = start(rig=late, camera=camera(recording))
