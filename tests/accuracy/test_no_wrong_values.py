@@ -21,12 +21,12 @@ def brighter(picture, factor):
 
 
 CASES = {
-    "swapped": lambda left, right, end: (right, left),
-    "blurred": lambda left, right, end: (blurred(left, 6), blurred(right, 6)),
-    "overexposed": lambda left, right, end: (brighter(left, 6), brighter(right, 6)),
-    "one view empty": lambda left, right, end: (left, np.full_like(right, 20)),
-    "one view of a bar that leaves": lambda left, right, end: (end[0], right),
-    "left frozen while the bar moved across": lambda left, right, end: (left, np.roll(right, 40, axis=1)),
+    "swapped": lambda left, right, _end: (right, left),
+    "blurred": lambda left, right, _end: (blurred(left, 6), blurred(right, 6)),
+    "overexposed": lambda left, right, _end: (brighter(left, 6), brighter(right, 6)),
+    "one view empty": lambda left, right, _end: (left, np.full_like(right, 20)),
+    "one view of a bar that leaves": lambda _left, right, end: (end[0], right),
+    "left frozen while the bar moved across": lambda left, right, _end: (left, np.roll(right, 40, axis=1)),
 }
 
 

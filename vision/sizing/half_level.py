@@ -122,7 +122,7 @@ class HalfLevel:
         return min(tried, key=lambda limb: limb.clipped_share)
 
     def _in_channel(self, channel: int, line: Array, edges: ThinEdges) -> LimbRows:
-        """Two passes: the outermost rise of light finds the line, whatever is behind it; half level is taken around it."""
+        """Two passes: the outermost rise of light finds the line, whatever lies behind; half level is taken there."""
         sparse = edges.rows
         sparse = sparse[sparse % SPARSE_ROWS == 0] if len(sparse) > 3 * SPARSE_ROWS * LEAST_ROWS else sparse
         profile, middle = self._profiles(channel, line, sparse)
