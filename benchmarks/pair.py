@@ -1,7 +1,7 @@
 """How long one image pair takes, by route and by stage, beside what one would write first: Canny and Hough lines.
 
-All run in turn on the same pairs in one process; the ratio is what to quote, times depend on the machine. The last column
-is the processor's time: of two cores it may be twice the time on the clock.
+All run in turn on the same pairs in one process; the ratio is what to quote, times depend on the machine. The last
+column is the processor's time: of two cores it may be twice the time on the clock.
 """
 
 import statistics

@@ -147,7 +147,7 @@ def _shift_px(patch: NDArray[np.float32], picture: Picture, place: NDArray[np.in
     return np.array([column + _peak(across), row + _peak(down)]) - SEARCH_PX
 
 
-def _peak(three: NDArray[np.float32]) -> float:
+def _peak(three: NDArray[Any]) -> float:
     """Where the parabola through three values has its top, from the middle one."""
     left, middle, right = (float(value) for value in three)
     return 0.5 * (left - right) / min(left - 2 * middle + right, -1e-9)

@@ -107,8 +107,8 @@ def _response_shift_px(limb: LimbPoints) -> float:
 def _off_rollers_mm(fit: CylinderFit, rig: Rig) -> float:
     """What an axis that is not R above the rollers leaves in doubt.
 
-    The bar may hop, or a camera may have moved sideways, which edges cannot show: the bar then appears nearer or further
-    by that height h, and its diameter off by D h / Z. It is either that error or none: the divisor is that of a
+    The bar may hop, or a camera may have moved sideways, which edges cannot show: the bar then appears nearer or
+    further by that height h, and its diameter off by D h / Z. It is either that error or none: the divisor is that of a
     distribution with its mass at both ends (arc sine).
     """
     height_mm = abs(float(fit.parameters[1] - fit.parameters[4]))

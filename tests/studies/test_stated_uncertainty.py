@@ -1,0 +1,44 @@
+"""The stated uncertainty against the errors of the study of route T; every seed its own rig, board and calibration."""
+
+import json
+
+import numpy as np
+import pytest
+
+from studies.__main__ import RESULTS
+
+LEAST, MOST = 0.93, 0.98
+MODELLED = ("clean", "scale", "post", "glare", "overexposed", "bar-end", "rollers", "haze")
+
+
+@pytest.fixture(scope="module")
+def rows():
+    found = json.loads((RESULTS / "tangent_route.json").read_text(encoding="utf-8"))["rows"]
+    return [row for row in found if row["condition"] in MODELLED and row.get("error_mm") is not None]
+
+
+def covered(rows, share_of_u):
+    """How often the truth lies within a share of U, and its standard error over the seeds."""
+    inside = {}
+    for row in rows:
+        inside.setdefault(row["seed"], []).append(abs(row["error_mm"]) <= share_of_u * row["expanded_mm"])
+    of_seed = np.array([np.mean(one) for one in inside.values()])
+    return of_seed.mean(), of_seed.std(ddof=1) / np.sqrt(of_seed.size)
+
+
+def holds(rows, share_of_u):
+    mean, standard_error = covered(rows, share_of_u)
+    return LEAST - 2 * standard_error <= mean <= MOST + 2 * standard_error
+
+
+def test_the_interval_holds_in_93_to_98_percent(rows):
+    assert holds(rows, 1.0)
+
+
+def test_half_of_it_and_twice_of_it_would_not(rows):
+    assert not holds(rows, 0.5)
+    assert not holds(rows, 2.0)
+
+
+def test_it_is_small_enough_to_be_of_use(rows):
+    assert np.median([row["expanded_mm"] for row in rows]) <= 0.25
