@@ -106,9 +106,7 @@ def source_of(settings: SizingSettings) -> PairSource:
 def _gauge(settings: SizingSettings, source: PairSource, link: StationLink) -> TimedGauge[SizeReading]:
     gauge = partial(Gauge, ovality_mm=settings.ovality_mm)
     if settings.rig is not None:
-        rig = load_rig(settings.rig)
-        link.send(StateMessage(state="starting"))
-        return TimedGauge(rig, str(settings.rig), gauge)
+        return TimedGauge(load_rig(settings.rig), str(settings.rig), gauge)
     if isinstance(source, MillSource):
         link.send(StateMessage(state="starting"))
         return TimedGauge(mill_rig(source), "rig of the simulated mill", gauge)

@@ -22,7 +22,7 @@ TEXT = (
 CONDITIONS = ("scale", "post", "glare", "overexposed", "bar-end", "rollers", "haze")
 EFFECTS = ("ovality", "camber", "shimmer", "bounce", "nudged", "jpeg-420")
 NOTHING = ("no-bar", "one-blind", "two-bars")
-SEEDS = 504
+SEEDS = 285
 BOOTSTRAPS = 1000
 
 
