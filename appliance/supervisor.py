@@ -207,6 +207,9 @@ class Supervisor:
             self._hear_reading(message)
         elif isinstance(message, StateMessage) and message.state == "faulty":
             self._hear_fault(message)
+        elif isinstance(message, StateMessage) and message.state == "warming":
+            self._worked_s = time.monotonic()
+            return
         self._tell(SIZING)
 
     def _hear_reading(self, reading: ReadingMessage) -> None:

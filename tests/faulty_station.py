@@ -67,6 +67,9 @@ class ToldCamera:
 
 
 class ToldGauge:
+    def warm_up(self) -> None:
+        pass
+
     def measure(self, left: np.ndarray, _right: np.ndarray) -> tuple[SizeReading, float]:
         mode = told()
         if mode == "native crash":

@@ -21,7 +21,8 @@ class StateMessage(_Message):
     Attributes
     ----------
     state : str
-        `starting`: the settings can be used, readings will follow; `faulty`: no readings, because of `fault`.
+        `starting`: the settings can be used, readings will follow; `warming`: code is compiled, which may take longer
+        than silence is allowed, and nothing is known yet of the cameras; `faulty`: no readings, because of `fault`.
     fault : str
         Name in the fault table; empty without a fault.
     detail : str
@@ -29,7 +30,7 @@ class StateMessage(_Message):
     """
 
     kind: Literal["state"] = "state"
-    state: Literal["starting", "faulty"]
+    state: Literal["starting", "warming", "faulty"]
     fault: str = ""
     detail: str = ""
 

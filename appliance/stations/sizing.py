@@ -25,6 +25,8 @@ from vision.sizing.gauge import Gauge
 
 PAIR_TIMEOUT_S = 0.2
 PAUSE_S = 1.0
+WARM_UP_TIME_S = 120.0  # longest time that compiling may take, on a slow computer with nothing on its disk yet
+WARMING_PERIOD_S = 2.0
 
 
 def main() -> None:
@@ -57,7 +59,7 @@ def run(settings: SizingSettings, link: StationLink, closed: threading.Event) ->
 def _measure(settings: SizingSettings, link: StationLink, closed: threading.Event) -> None:
     source = source_of(settings)
     gauge = _gauge(settings, source, link)
-    gauge.warm_up()
+    _warm_up(gauge, link)
     with source:
         liveness = Liveness(settings.liveness, time.monotonic(), numbered=source.simulated)
         guard = ExposureGuard(settings.exposure, adjustable=isinstance(source, Adjustable))
@@ -73,6 +75,25 @@ def _measure(settings: SizingSettings, link: StationLink, closed: threading.Even
             )
             faults = verdict.faults | _exposure_faults(guard, reading, pair, source) | _heat(settings, pair)
             link.send(message.model_copy(update={"faults": faults}))
+
+
+def _warm_up(gauge: TimedGauge[SizeReading], link: StationLink) -> None:
+    """Compile what measuring needs; the supervisor hears of it, but not for ever, since compiling might hang too."""
+    warm = threading.Event()
+
+    def tell() -> None:
+        for _ in range(round(WARM_UP_TIME_S / WARMING_PERIOD_S)):
+            link.send(StateMessage(state="warming"))
+            if warm.wait(WARMING_PERIOD_S):
+                return
+
+    teller = threading.Thread(target=tell, daemon=True)
+    teller.start()
+    try:
+        gauge.warm_up()
+    finally:
+        warm.set()
+        teller.join()
 
 
 def _exposure_faults(guard: ExposureGuard, reading: SizeReading, pair: FramePair, source: PairSource) -> dict[str, str]:

@@ -45,7 +45,7 @@ class Station:
 
     def __init__(self, settings: SizingSettings) -> None:
         ours, self._theirs = socket.socketpair()
-        ours.settimeout(10)
+        ours.settimeout(60)  # the first of all compiles
         self._lines = ours.makefile("rb")
         ours.close()
         self.closed = threading.Event()
@@ -53,6 +53,12 @@ class Station:
         self.thread.start()
 
     def hear(self) -> Message:
+        """The next message that says more than that code is being compiled."""
+        while (message := self.hear_any()) == StateMessage(state="warming"):
+            pass
+        return message
+
+    def hear_any(self) -> Message:
         return parse(self._lines.readline())
 
     def hear_until(self, kind: type[Message]) -> Message:
@@ -96,6 +102,12 @@ def test_readings_carry_the_diameter_and_the_moment_of_their_exposure(start, rec
     lost = second.sequence - first.sequence
     assert second.exposed_monotonic_s - first.exposed_monotonic_s == pytest.approx(lost / 20)
     assert second.exposed_utc_ms - first.exposed_utc_ms == pytest.approx(1000 * lost / 20, abs=5)
+
+
+def test_while_it_compiles_it_says_so_before_anything_else(start, recording, rig):
+    station = start(rig=rig, camera=camera(recording))
+    assert station.hear_any() == StateMessage(state="warming")
+    assert isinstance(station.hear(), ReadingMessage)
 
 
 def test_a_recording_played_once_ends_in_a_state_and_no_further_reading(start, recording, rig):

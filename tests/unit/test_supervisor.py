@@ -13,7 +13,10 @@ from rehearsal import Rehearsal, rehearsing
 
 from appliance.faults import DeviceState
 from appliance.kept import FILE_NAME
+from appliance.settings import Settings
 from appliance.stations import keeper
+from appliance.stations.link import StateMessage
+from appliance.supervisor import Supervisor
 from plc.registers import READING_RING, SET_POINTS, decode
 from vision.readings import Reason
 
@@ -139,6 +142,17 @@ def test_a_process_that_gets_ready_is_served_as_starting(rehearsal):
         assert seen["validity"] == 0
         assert seen["reason_word"] == Reason.STARTING
         assert seen["device_state"] == DeviceState.FUNCTION_CHECK
+
+
+def test_a_process_that_compiles_counts_as_working_and_has_not_spoken_yet():
+    supervisor = Supervisor(Settings())
+    before_s = supervisor._worked_s
+    time.sleep(0.01)
+    supervisor._hear(StateMessage(state="warming"))
+    assert supervisor._worked_s > before_s
+    assert supervisor._silent == {"sizing"}
+    supervisor._hear(StateMessage(state="starting"))
+    assert not supervisor._silent
 
 
 def test_settings_that_the_process_cannot_use_refuse_the_start(rehearsal):
