@@ -164,7 +164,8 @@ async def _listen(reader: asyncio.StreamReader, on_message: Callable[[Message], 
             message = parse(line)
             on_message(message)
             measures = not isinstance(message, StateMessage)
-            if measures or message.fault:  # saying that one starts is no work
+            # saying that one starts is no work; compiling is, and the station itself limits it
+            if measures or message.fault or message.state == "warming":
                 limit_s = SILENCE_LIMIT_S if measures else START_LIMIT_S
                 heard_s = time.monotonic()
     except TimeoutError:

@@ -10,7 +10,7 @@ from modbus_wire import Wire
 from plc_view import has_value, look
 from running import free_port
 
-STARTED_S = 60  # the first start compiles
+STARTED_S = 150
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from appliance.gauging import TimedGauge, mill_rig
 from appliance.mill.bars import bar_at
 from appliance.rigs import RigError, load_rig, save_rig
 from appliance.settings import SizingSettings
-from appliance.stations import sizing
+from appliance.stations import process, sizing
 from appliance.stations.link import Message, ReadingMessage, StateMessage, StationLink, parse
 from vision.sizing.gauge import Gauge
 
@@ -130,7 +130,7 @@ def test_a_picture_that_breaks_is_a_lost_camera_until_it_is_mended(start, record
 
 
 def test_a_recording_of_a_frozen_camera_is_played_to_its_end(start, recording, rig, monkeypatch):
-    monkeypatch.setattr(sizing, "REOPEN_AFTER_S", 0.2)
+    monkeypatch.setattr(process, "REOPEN_AFTER_S", 0.2)
     for number in range(1, 20):
         for side in SIDES:
             picture = recording / side / f"{number:06d}.png"
