@@ -215,15 +215,6 @@ FAULTS: tuple[FaultRow, ...] = (
         bit=28,
     ),
     FaultRow(
-        304,
-        "edges_overexposed",
-        DeviceState.MAINTENANCE_REQUIRED,
-        logging.WARNING,
-        "edges of the bars have been overexposed for a while",
-        "shorten the exposure of both cameras",
-        bit=29,
-    ),
-    FaultRow(
         305,
         "calibration_due",
         DeviceState.MAINTENANCE_REQUIRED,

@@ -10,10 +10,8 @@ from appliance.publication import (
     BAR_TOO_SHORT,
     CALIBRATION_DUE,
     CAMERA_MOVED,
-    EDGES_CLIPPED,
     LOW_CONTRAST,
     NO_BAR,
-    SOME_EDGES_CLIPPED,
 )
 from appliance.stations.link import ReadingMessage
 from plc.registers import Value
@@ -24,7 +22,6 @@ BLIND_S = 2.0  # a bar that is seen again after so long may be another one
 
 LASTING = {
     "contrast_low": LOW_CONTRAST,
-    "edges_overexposed": EDGES_CLIPPED | SOME_EDGES_CLIPPED,
     "calibration_due": CALIBRATION_DUE | CAMERA_MOVED,
 }
 

@@ -167,8 +167,6 @@ def active(lasting: Lasting, at_s: float, reasons: int) -> set[str]:
     ("reason", "fault"),
     [
         (Reason.LOW_CONTRAST, "contrast_low"),
-        (Reason.SOME_EDGES_CLIPPED, "edges_overexposed"),
-        (Reason.EDGES_CLIPPED, "edges_overexposed"),
         (Reason.CALIBRATION_DUE, "calibration_due"),
         (Reason.CAMERA_MOVED, "calibration_due"),
     ],

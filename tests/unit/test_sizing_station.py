@@ -6,18 +6,25 @@ import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import cv2
+import numpy as np
 import pytest
+from mill_scenes import perfect_rig
 
+from appliance.camera_settings import ExposureSettings
 from appliance.cameras.mill import MillSource
+from appliance.exposure import ExposureGuard
 from appliance.gauging import TimedGauge, mill_rig
 from appliance.mill.bars import bar_at
+from appliance.mill.scenes import draw
 from appliance.rigs import RigError, load_rig, save_rig
 from appliance.settings import SizingSettings
 from appliance.stations import process, sizing
 from appliance.stations.link import Message, ReadingMessage, StateMessage, StationLink, parse
 from vision.sizing.gauge import Gauge
+from vision.sizing.tangent import TangentGauge
 
 SIDES = ("left", "right")
 
@@ -186,3 +193,35 @@ def test_the_process_ends_when_the_supervisor_dies_with_messages_unread(recordin
         process.wait(10)
     finally:
         process.kill()
+
+
+def grey(scene, factor):
+    """Both pictures of the channel that glows most, exposed for longer: a colour camera has other channels left."""
+    return [
+        np.clip(picture[:, :, 2].astype(float) * factor, 0, 255).astype(np.uint8)
+        for picture in (scene.left, scene.right)
+    ]
+
+
+def test_edges_that_stay_overexposed_are_a_fault_with_an_exposure_to_try_or_are_set_right():
+    scene = draw("clean", 20_003)
+    gauge = TangentGauge(perfect_rig(scene.rig, scene.response))
+    good, over = gauge.measure(*grey(scene, 1)), gauge.measure(*grey(scene, 3))
+    assert good.valid
+    assert good.clipped_share < 0.05 < over.clipped_share
+    assert good.limb_light > 0.1
+
+    class Camera:
+        exposure_us = 500.0
+
+        def set_exposure(self, exposure_us):
+            self.exposure_us = exposure_us
+
+    pair = SimpleNamespace(exposure_us=500.0)
+    settings = ExposureSettings(after_s=0)
+    told = sizing._exposure_faults(ExposureGuard(settings, adjustable=False), over, pair, Camera())
+    assert "about 400 µs instead of 500" in told["exposure_high"]
+    camera = Camera()
+    control = ExposureGuard(settings.model_copy(update={"control": True}), adjustable=True)
+    assert not sizing._exposure_faults(control, over, pair, camera)
+    assert camera.exposure_us == 400

@@ -57,7 +57,7 @@ def ridges(strength: Floats, normal_rad: Floats, radius_px: int = RIDGE_RADIUS_P
 
 
 @njit(nogil=True, cache=True)
-def _ridges(strength: Floats, normal_rad: Floats, radius_px: int) -> Floats:  # pragma: no cover  compiled
+def _ridges(strength: Floats, normal_rad: Floats, radius_px: int) -> Floats:
     rows, columns = strength.shape
     kept = np.zeros_like(strength)
     for row in range(rows):
@@ -76,7 +76,7 @@ def _ridges(strength: Floats, normal_rad: Floats, radius_px: int) -> Floats:  # 
 
 
 @njit(nogil=True, cache=True)
-def _between(strength: Floats, row: float, column: float) -> float:  # pragma: no cover  compiled
+def _between(strength: Floats, row: float, column: float) -> float:
     """Bilinear between pixels; the border's values reach outwards."""
     rows, columns = strength.shape
     row, column = min(max(row, 0.0), rows - 1.001), min(max(column, 0.0), columns - 1.001)

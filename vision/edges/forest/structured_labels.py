@@ -87,9 +87,7 @@ def edge_pixels(mask: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 @njit(nogil=True, cache=True)
-def _projected(
-    masks: Masks, pairs: NDArray[np.int64], direction: NDArray[np.float32]
-) -> NDArray[np.float32]:  # pragma: no cover  compiled
+def _projected(masks: Masks, pairs: NDArray[np.int64], direction: NDArray[np.float32]) -> NDArray[np.float32]:
     """First principal component of each mask, less the mean over all of them."""
     values = np.empty(len(masks), np.float32)
     for n in range(len(masks)):

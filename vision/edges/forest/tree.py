@@ -143,7 +143,7 @@ def _split(
 @njit(nogil=True, cache=True)
 def _read(
     cells: Floats, start: NDArray[np.int64], which_width: NDArray[np.int64], offsets: NDArray[np.int64]
-) -> Floats:  # pragma: no cover  compiled
+) -> Floats:
     """Features of patches, shape (features, patches)."""
     values = np.empty((offsets.shape[2], len(start)), np.float32)
     for f in range(len(values)):
@@ -154,9 +154,7 @@ def _read(
 
 
 @njit(nogil=True, cache=True)
-def _best(
-    values: Floats, classes: NDArray[np.uint8], least: int
-) -> tuple[int, float, float]:  # pragma: no cover  compiled
+def _best(values: Floats, classes: NDArray[np.uint8], least: int) -> tuple[int, float, float]:
     """Feature, threshold and gain of the split that leaves the purest classes: G = 1 - sum p^2."""
     count = values.shape[1]
     ones = 0
