@@ -5,6 +5,7 @@ import math
 import struct
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 Table = Literal["input", "holding", "discrete", "coil"]
@@ -26,7 +27,7 @@ NO_VALUE: dict[Type, float | int] = {
 _FLOAT32_MAX = (2 - 2**-23) * 2.0**127
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True)  # no slots: what follows from a row is worked out once, not for every image
 class Register:
     """One row of the map: a value in words, or one bit.
 
@@ -73,7 +74,7 @@ class Register:
     constant: float | int | None = None
     block: Block | None = None
 
-    @property
+    @cached_property
     def words(self) -> int:
         """Words on the wire; 1 for a bit."""
         return 1 if self.type == "bool" else struct.calcsize(">" + STRUCT_CODES[self.type]) // 2
@@ -88,7 +89,7 @@ class Register:
         """Whether it is reserved for growth and reads 0."""
         return self.name.startswith(("spare_", "alarm_spare_"))
 
-    @property
+    @cached_property
     def raw_range(self) -> tuple[int, int]:
         """Smallest and largest number that the words of an integer can hold."""
         bits = 16 * self.words
