@@ -8,9 +8,9 @@ left out, so that nothing here depends on how it was trained: Sobel's edges.
 from functools import lru_cache
 
 import numpy as np
+from calibrated_rigs import calibrated_rig
 
 from appliance.mill.scenes import draw
-from studies.tangent_route import gauge as tangent_gauge
 from vision.alignment import BarOutline
 from vision.fusion.methods import METHODS
 from vision.sizing.aligned_pair import AlignedPair
@@ -20,7 +20,7 @@ from vision.sizing.virtual_board import VirtualBoardGauge, _reasons_of_edges, as
 from vision.sizing.virtual_board_reading import VirtualBoardReading
 
 TEXT = (
-    "Route V on one picture out of two, by method; rigs, boards and calibrations as in tangent_route, 800 x 600, "
+    "Route V on one picture out of two, by method; rigs, boards and calibrations as in served_diameter, 800 x 600, "
     "Sobel's edges. sized: windows kept of all; false_edges: edge pixels per row within 40 px of the bar's outline and "
     "further than 3 px from its edges in both views; edges_kept: share of rows and edges with one within 3 px."
 )
@@ -55,7 +55,7 @@ def run(case):
 @lru_cache(maxsize=1)
 def aligned(condition, seed):
     """A scene, and a gauge that has aligned its views."""
-    scene, watched = draw(condition, seed), Watched(tangent_gauge(seed).rig)
+    scene, watched = draw(condition, seed), Watched(calibrated_rig(seed))
     watched.measure(scene.left, scene.right)
     return scene, watched
 

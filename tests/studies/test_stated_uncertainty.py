@@ -13,7 +13,7 @@ MODELLED = ("clean", "scale", "post", "glare", "overexposed", "bar-end", "roller
 
 @pytest.fixture(scope="module")
 def rows():
-    found = json.loads((RESULTS / "tangent_route.json").read_text(encoding="utf-8"))["rows"]
+    found = json.loads((RESULTS / "served_diameter.json").read_text(encoding="utf-8"))["rows"]
     return [row for row in found if row["condition"] in MODELLED and row.get("error_mm") is not None]
 
 
