@@ -15,6 +15,7 @@ TEXT = (
 CONDITIONS = {"clean": (), "haze": (), "shimmer": ("shimmer",)}
 SEEDS = range(1000, 1030)
 FRAMES = 25
+SAMPLE = 2
 TOLERANCE_MM = 4.0
 
 

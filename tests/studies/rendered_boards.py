@@ -22,6 +22,7 @@ TEXT = (
 )
 CONDITIONS = ("clean", "scale")
 POSES = 15
+SAMPLE = 1
 SEEDS = range(2000, 2012)
 
 
