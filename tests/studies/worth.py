@@ -24,7 +24,8 @@ TEXT = (
 )
 BARS = ("clean", "scale", "post", "glare")
 EFFECTS = ("bounce", "nudged")
-SHOWN = (*BARS, *EFFECTS, *no_measurable_bar.CASES)
+SMOOTHED, SMOOTHED_PX = "smoothed by the camera", 0.7  # code values, as a camera's own noise reduction does
+SHOWN = (*BARS, *EFFECTS, SMOOTHED, *no_measurable_bar.CASES)
 SEEDS = [seed for seed in range(3000, 3045) if set_up("clean", seed).sensor.response != "linear"]
 PLANE_ROUNDS = 10
 
@@ -93,8 +94,10 @@ def run(case):
 def pictures(name, seed):
     if name in no_measurable_bar.CASES:
         return no_measurable_bar.shown(name, seed)
-    scene = draw("clean", seed, effects=(name,)) if name in EFFECTS else draw(name, seed)
+    scene = draw(name, seed) if name in BARS else draw("clean", seed, effects=(name,) if name in EFFECTS else ())
     left, right = (off_response(picture, seed) for picture in (scene.left, scene.right))
+    if name == SMOOTHED:
+        left, right = (cv2.GaussianBlur(picture, (0, 0), SMOOTHED_PX) for picture in (left, right))
     return left, right, scene.truth["diameter_mm"], seed
 
 
