@@ -7,13 +7,14 @@ from calibrated_rigs import off_response, rig_with_marks
 
 from appliance.judging import trust_percent
 from appliance.mill.scenes import draw
+from vision.calibration.verdict import CalibrationError
 from vision.sizing.gauge import Gauge
 
 TEXT = (
     "The gauge as served, both routes and still marks; rig calibrated by the product from projected corners with "
     "detector noise and boards with print errors; the cameras' responses are off by an exponent drawn from the "
     "budget's own uncertainty; 800 x 600. Each seed shows a clean bar, one other condition and one effect that the "
-    "gauge does not model."
+    "gauge does not model. A rig whose calibration is refused gives no value."
 )
 CONDITIONS = ("scale", "post", "glare", "overexposed", "bar-end", "rollers", "haze")
 EFFECTS = ("ovality", "camber", "shimmer", "bounce", "nudged", "jpeg-420")
@@ -34,7 +35,11 @@ def run(case):
     name, seed = case["condition"], case["seed"]
     scene = draw("clean", seed, effects=(name,)) if name in EFFECTS else draw(name, seed)
     pictures = (off_response(picture, seed) for picture in (scene.left, scene.right))
-    return told(Gauge(rig_with_marks(seed)).measure(*pictures), scene.truth["diameter_mm"])
+    try:
+        gauge = Gauge(rig_with_marks(seed))
+    except CalibrationError:  # a board that is off by more than it says is refused, as it should be
+        return {"truth_mm": scene.truth["diameter_mm"], "valid": False, "reasons": ["calibration_refused"]}
+    return told(gauge.measure(*pictures), scene.truth["diameter_mm"])
 
 
 def told(reading, truth_mm):
