@@ -10,7 +10,7 @@ from studies.no_measurable_bar import run
 from studies.served_diameter import is_wrong
 from vision.sizing.region import Outline, RegionGrid
 
-DRAWN_AGAIN = [{"case": name, "seed": seed} for name in ("no bar", "two bars") for seed in range(500, 504)]
+DRAWN_AGAIN = [{"case": name, "seed": seed} for name in ("no bar", "two bars") for seed in (500, 501)]
 
 
 @pytest.fixture(scope="module")
