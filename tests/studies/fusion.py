@@ -27,7 +27,6 @@ TEXT = (
 CONDITIONS = ("clean", "scale", "post", "haze")
 VARIANTS = ("none", "left", "right", *METHODS)
 SEEDS = 60
-EDGES = "sobel"
 NEAR_PX, AROUND_PX = 3.0, 40.0
 
 
@@ -40,8 +39,8 @@ def cases():
     ]
 
 
-def run(case):
-    scene, watched = aligned(case["condition"], case["seed"])
+def run(case, edges="sobel"):
+    scene, watched = aligned(case["condition"], case["seed"], edges)
     watched.method = case["method"]
     reading = watched.again()
     result = {"valid": reading.valid, "sized": None, "error_mm": None, "false_edges": None, "edges_kept": None}
@@ -53,9 +52,9 @@ def run(case):
 
 
 @lru_cache(maxsize=1)
-def aligned(condition, seed):
+def aligned(condition, seed, edges):
     """A scene, and a gauge that has aligned its views."""
-    scene, watched = draw(condition, seed), Watched(calibrated_rig(seed))
+    scene, watched = draw(condition, seed), Watched(calibrated_rig(seed), edges)
     watched.measure(scene.left, scene.right)
     return scene, watched
 
@@ -63,8 +62,8 @@ def aligned(condition, seed):
 class Watched(VirtualBoardGauge):
     """Route V that measures an aligned pair again by any method, and keeps the picture that it measured on."""
 
-    def __init__(self, rig):
-        super().__init__(rig, edges=EDGES)
+    def __init__(self, rig, edges):
+        super().__init__(rig, edges=edges)
         self.method, self.picture, self.pair = "none", None, None
 
     def measure_bar(self, left, right, outlines):
@@ -107,7 +106,7 @@ class Watched(VirtualBoardGauge):
         return super()._diameters(pair, width_mm)
 
     def edges_seen(self):
-        thin = boundaries_of_interest(self.picture, hot_mask(self.picture), EDGES).thin
+        thin = boundaries_of_interest(self.picture, hot_mask(self.picture), self._edges).thin
         row, column = np.nonzero(thin)
         true = self.true_columns(len(thin))
         away = np.abs(column[:, None] - true.reshape(-1, len(thin))[:, row].T)
