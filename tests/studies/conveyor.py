@@ -10,8 +10,8 @@ from vision.sizing.conveyor import ConveyorGauge
 from vision.sizing.conveyor_experiments import EXPERIMENTS, experiment
 
 TEXT = (
-    "Simulated thermal recordings, each its own camera, barriers and bar; every other bar is 165 mm. Three empty frames, "
-    "then four with the bar. deviation: mean over frames less the truth; rmse (eq. 3.8): of frames around their mean; "
+    "Simulated thermal recordings, each its own camera, barriers and bar; every other bar is 165 mm. Three empty "
+    "frames, then four with the bar. deviation: mean over frames less the truth; rmse (eq. 3.8): of frames around their mean; "
     "sigma: mean over frames of the deviation within one."
 )
 SEEDS = 200
@@ -66,12 +66,10 @@ def _told(frames, truth_mm):
 def summary(rows):
     told = {}
     for name in ("with_heights", "barrier_height", "spacing_only"):
-        valid = [row[name] for row in rows if row[name]["valid"]]
+        valid = [row[name] | {"truth_mm": row["truth_mm"]} for row in rows if row[name]["valid"]]
         error = np.array([one["error_mm"] for one in valid])
         expanded = np.array([one["expanded_mm"] for one in valid])
-        source = np.array(
-            [row[name]["error_mm"] for row in rows if row[name]["valid"] and row["truth_mm"] == SOURCE_MM]
-        )
+        source = np.array([one["error_mm"] for one in valid if one["truth_mm"] == SOURCE_MM])
         told[name] = {
             "frames": len(rows),
             "valid": len(valid),
@@ -86,8 +84,6 @@ def summary(rows):
     names = sorted({name for row in rows for name in row if name.startswith("experiment")})
     for name in names:
         found = [row[name] for row in rows if name in row]
-        told[name] = {"recordings": len(found)} | {
-            key: round(float(np.mean([one[key] for one in found])), 4)
-            for key in ("deviation_mm", "rmse_mm", "sigma_mm")
-        }
+        means = {key: round(float(np.mean([one[key] for one in found])), 4) for key in found[0]}
+        told[name] = {"recordings": len(found)} | means
     return told

@@ -194,8 +194,8 @@ def _inner_pair(edges: list[_Edge]) -> tuple[_Edge, _Edge] | None:
     """Neighbours with the widest dark strip between them."""
     middle = max((edge.pixels[:, 1].mean() for edge in edges), default=0.0)
     ordered = sorted(edges, key=lambda edge: edge.line[0] * middle + edge.line[1])
-    pairs = [
-        (right.line - left.line) @ [middle, 1.0] if (left.brighter, right.brighter) == (-1, 1) else -np.inf
+    pairs: list[float] = [
+        float((right.line - left.line) @ [middle, 1.0]) if (left.brighter, right.brighter) == (-1, 1) else -np.inf
         for left, right in pairwise(ordered)
     ]
     if not pairs or max(pairs) <= 0:
@@ -207,23 +207,28 @@ def _inner_pair(edges: list[_Edge]) -> tuple[_Edge, _Edge] | None:
 def _at_half_level(light: Plane, line: Array, outwards: int) -> tuple[Array, float] | None:
     """Line at half level and how far it is from straight; None when it shows in too few rows."""
     rows = np.arange(len(light), dtype=np.float64)
-    inside = np.isfinite(across(light, line, outwards, rows, SAMPLES_PX)).all(axis=1)
-    rows = rows[inside]
-    for _ in range(2):
-        crossings = half_level_crossing(
-            across(light, line, outwards, rows, SAMPLES_PX), SAMPLES_PX, BLUR_PX, expected_px=0.0
-        )
-        step = np.nan_to_num(np.where(np.isfinite(crossings.place_px), crossings.bright - crossings.dark, 0.0))
-        shows = step > SHOWS * np.percentile(step, 90) if len(step) else np.zeros(0, dtype=bool)
-        if np.count_nonzero(shows) < SHOWN_LEAST * len(light):
-            return None
-        off_px = outwards * crossings.place_px[shows] * np.hypot(1.0, line[0])
-        line = robust_line(rows[shows], line[0] * rows[shows] + line[1] + off_px)
-    return line, _off_straight_px(rows[shows], off_px)
+    rows = rows[np.isfinite(across(light, line, outwards, rows, SAMPLES_PX)).all(axis=1)]
+    column, shows = _columns(light, line, outwards, rows)
+    if np.count_nonzero(shows) < SHOWN_LEAST * len(light):
+        return None
+    line = robust_line(rows[shows], column[shows])
+    column, shows = _columns(light, line, outwards, rows)
+    if np.count_nonzero(shows) < SHOWN_LEAST * len(light):
+        return None
+    return robust_line(rows[shows], column[shows]), _off_straight_px(rows[shows], column[shows])
 
 
-def _off_straight_px(row: Array, off_px: Array) -> float:
-    bands = [np.median(part) for part in np.array_split(off_px, BANDS)]
+def _columns(light: Plane, line: Array, outwards: int, rows: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Column of half level in each row, and where there is a clear step of light."""
+    profile = across(light, line, outwards, rows, SAMPLES_PX)
+    crossings = half_level_crossing(profile, SAMPLES_PX, BLUR_PX, expected_px=0.0)
+    step = np.nan_to_num(np.where(np.isfinite(crossings.place_px), crossings.bright - crossings.dark, 0.0))
+    shows = step > SHOWS * np.percentile(step, 90) if len(step) else np.zeros(0, dtype=np.bool_)
+    return line[0] * rows + line[1] + outwards * crossings.place_px * np.hypot(1.0, line[0]), shows
+
+
+def _off_straight_px(row: Array, column: Array) -> float:
+    bands = [np.median(part) for part in np.array_split(column, BANDS)]
     middle = [part.mean() for part in np.array_split(row, BANDS)]
     fitted = np.polyval(np.polyfit(middle, bands, 1), middle)
     return float(np.sqrt(np.mean((bands - fitted) ** 2)))

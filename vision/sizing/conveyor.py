@@ -73,7 +73,7 @@ class ConveyorGauge:
     ) -> None:
         if not empty or len({picture.shape[:2] for picture in empty}) != 1:
             raise ValueError("empty: at least one picture of the empty line is wanted, all of one size")
-        self._empty = np.mean([grey_light(picture) for picture in empty], axis=0, dtype=np.float32)
+        self._empty: Plane = np.asarray(np.mean([grey_light(picture) for picture in empty], axis=0), np.float32)
         self._reference = reference
         self._compensation_mm = compensation_mm
         self.barriers = find_barriers(self._empty)
@@ -108,14 +108,12 @@ class ConveyorGauge:
         spans = bar_spans(light, self._empty)
         if isinstance(spans, Reason):
             return _nothing(spans)
-        limbs = [_limb(light, spans, side) for side in (0, 1)]
-        if limbs[0] is None or limbs[1] is None:
+        left, right = (_limb(light, spans, side) for side in (0, 1))
+        if left is None or right is None or _touches(left, right, self.barriers):
             return _nothing(Reason.EDGE_NOT_FOUND)
-        if _touches(limbs[0], limbs[1], self.barriers):
-            return _nothing(Reason.EDGE_NOT_FOUND)
-        if max(_brightness(light, limb, side) for limb, side in zip(limbs, (1, -1), strict=True)) >= CLIPPED:
+        if max(_brightness(light, left, 1), _brightness(light, right, -1)) >= CLIPPED:
             return _nothing(Reason.EDGES_CLIPPED)
-        return self._read(limbs[0], limbs[1])
+        return self._read(left, right)
 
     def _read(self, left: _Limb, right: _Limb) -> SizeReading:
         windows = np.array_split(np.intersect1d(left.rows, right.rows), WINDOWS)
@@ -230,18 +228,23 @@ def _limb(light: Plane, spans: NDArray[np.int64], side: int) -> _Limb | None:
     rows = np.flatnonzero(spans[:, 0] >= 0).astype(np.float64)
     line = robust_line(rows, spans[rows.astype(np.int64), side].astype(np.float64))
     inwards = 1 if side == 0 else -1
-    for _ in range(2):
-        profile = across(light, line, inwards, rows, SAMPLES_PX)
-        crossings = _crossings(profile)
-        step = np.nan_to_num(crossings.bright - crossings.dark)
-        shows = np.isfinite(crossings.place_px) & (step > STEP_LEAST * np.percentile(step, 90))
+    for _ in range(2):  # the second time around the first one's line
+        column, shows = _columns(light, line, inwards, rows)
         if np.count_nonzero(shows) < COVERED * len(rows):
             return None
-        away = np.where(shows, crossings.place_px, np.nan)
-        column = line[0] * rows + line[1] + inwards * away * np.hypot(1.0, line[0])
         line = robust_line(rows[shows], column[shows])
+    column, shows = _columns(light, line, inwards, rows)
     near = shows & (np.abs(column - line[0] * rows - line[1]) <= OFF_LINE_PX)
     return _Limb(line, rows[near], column[near]) if np.count_nonzero(near) >= COVERED * len(rows) else None
+
+
+def _columns(light: Plane, line: Array, inwards: int, rows: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Column of the edge in each row, and where there is a clear step of light."""
+    crossings = _crossings(across(light, line, inwards, rows, SAMPLES_PX))
+    step = np.nan_to_num(crossings.bright - crossings.dark)
+    shows = np.isfinite(crossings.place_px) & (step > STEP_LEAST * np.percentile(step, 90))
+    column = line[0] * rows + line[1] + inwards * crossings.place_px * np.hypot(1.0, line[0])
+    return column, shows
 
 
 def _crossings(profile: Array) -> Crossings:
