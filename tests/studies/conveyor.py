@@ -11,8 +11,8 @@ from vision.sizing.conveyor_experiments import EXPERIMENTS, experiment
 
 TEXT = (
     "Simulated thermal recordings, each its own camera, barriers and bar; every other bar is 165 mm. Three empty "
-    "frames, then four with the bar. deviation: mean over frames less the truth; rmse (eq. 3.8): of frames around their mean; "
-    "sigma: mean over frames of the deviation within one."
+    "frames, then four with the bar. deviation: mean over frames less the truth; rmse (eq. 3.8): of frames around "
+    "their mean; sigma: mean over frames of the deviation within one."
 )
 SEEDS = 200
 FRAMES, EMPTY = 4, 3

@@ -148,7 +148,7 @@ def _of_lines(
     apart = m1 - m2 if abs(m1 - m2) > 1e-5 else 1e-5
     row = (c2 - c1) / apart
     off = np.array([m1 * row + c1, row]) - middle
-    turn = float(np.arctan2(off[0], -off[1])) if off[1] < 0 else float(-np.arctan2(off[0], off[1]))
+    turn = float(np.arctan(off[0] / off[1]))
     vanishing = float(_turned(off[None], turn)[0, 1])
     view = ConveyorView(middle, turn, vanishing, (0.0, 1.0), reference.spacing_mm, plane_mm, 1.0)
     at = np.array([[m * middle[1] + c, middle[1]] for m, c in lines])
