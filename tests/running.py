@@ -1,6 +1,7 @@
 """The real program as a process of its own, as a service manager would run it."""
 
 import contextlib
+import os
 import socket
 import subprocess
 import sys
@@ -68,9 +69,11 @@ def gone_within(pid: int, seconds: float) -> bool:
 
 
 @contextlib.contextmanager
-def running(*words: str | Path, port: int) -> Iterator[Appliance]:
+def running(*words: str | Path, port: int, **environment: str) -> Iterator[Appliance]:
     """Start a serving command, wait until it says that it serves, and end it at last."""
-    process = subprocess.Popen([HOTGAUGE, *words], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    process = subprocess.Popen(
+        [HOTGAUGE, *words], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=os.environ | environment
+    )
     killer = threading.Timer(60, process.kill)
     killer.start()
     try:

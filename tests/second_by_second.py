@@ -64,6 +64,7 @@ class Polling:
                 if wanted(seen):
                     assert seen.at_s - moment_s <= within_s, self.told(moment_s)
                     return seen
+            assert self.lost is None, f"the connection was lost: {self.lost!r}{self.told(moment_s - within_s)}"
             assert now_s < moment_s + within_s + 1, f"never seen: {self.told(moment_s)}"
             time.sleep(POLL_S)
 

@@ -23,7 +23,7 @@ from appliance.mill.rig import default_rig
 from appliance.mill.scene import Scene
 from appliance.mill.sensor import Sensor, coded
 from vision.calibration.rig import Camera, Rig
-from vision.edges.subpixel import sample_profiles
+from vision.edges.profiles import sample_profiles
 from vision.light import decoding_table
 from vision.sizing.limb import LimbFinder
 from vision.sizing.region import RegionGrid
@@ -62,8 +62,8 @@ def limb_profiles(pair, rig):
             along = np.linalg.svd(limb.point_px - limb.point_px.mean(axis=0))[2][0]
             normal = np.array([-along[1], along[0]])
             normal *= np.sign((middle - limb.point_px.mean(axis=0)) @ normal)
-            light = decode[picture[:, :, RED]]
-            profile = sample_profiles(light, limb.point_px, np.tile(normal, (len(limb.point_px), 1)), OFFSETS_PX)
+            normals = np.tile(normal, (len(limb.point_px), 1))
+            profile = sample_profiles(picture, RED, decode, limb.point_px, normals, OFFSETS_PX)
             mean = np.nanmean(profile, axis=0)
             rows.append(mean / mean[(OFFSETS_PX > 6) & (OFFSETS_PX < 11)].mean())
     return np.array(rows)

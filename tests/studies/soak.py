@@ -41,7 +41,14 @@ def run(case):
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "hotgauge.toml"
         file.write_text(SETTINGS.format(port=port, seed=SEED, frames=FRAMES))
-        with running("run", "--config", file, port=port) as appliance, appliance.wire() as wire, Polling(wire) as plc:
+        manager = Path(folder) / "notify"  # only under a service manager is SIGHUP a reload
+        with (
+            socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as notify,
+            contextlib.ExitStack() as stack,
+        ):
+            notify.bind(str(manager))
+            appliance = stack.enter_context(running("run", "--config", file, port=port, NOTIFY_SOCKET=str(manager)))
+            plc = stack.enter_context(Polling(stack.enter_context(appliance.wire())))
             line = Line(appliance, file, plc)
             line.wait_for_value()
             for inject in FAULTS:  # each once before the first look at memory

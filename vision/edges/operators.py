@@ -11,7 +11,7 @@ from skimage import filters
 
 from vision.edges.forest.features import PATCH_PX
 from vision.edges.forest.inference import EdgeDetector, shipped_detector
-from vision.edges.thinning import ridge_normals
+from vision.edges.thinning import NORMAL_REACH_PX, ridge_normals
 
 EdgeMethod = Literal["forest", "sobel", "prewitt", "roberts", "canny"]
 
@@ -41,7 +41,7 @@ class EdgeMap:
     normal_rad: Image
 
 
-def detect_edges(image: Image, method: EdgeMethod) -> EdgeMap:
+def detect_edges(image: Image, method: EdgeMethod, columns: slice = slice(None)) -> EdgeMap:
     """Edge strength and direction by one of `EDGE_METHODS`.
 
     Parameters
@@ -53,30 +53,38 @@ def detect_edges(image: Image, method: EdgeMethod) -> EdgeMap:
         Sobel, Prewitt and Roberts give the gradient's magnitude by eq. 2.1 to 2.3 of the dissertation, scaled so that
         no picture can exceed 1; Canny (algorithm 1) gives 0 or 1 with the pair `CANNY_PAIR`; the forest gives the share
         of its trees' votes.
+    columns : slice
+        Columns that are wanted, without a step. The forest looks at no more of the picture than these need.
 
     Returns
     -------
     EdgeMap
+        Of the wanted columns, bit by bit as cut out of the whole picture's.
 
     Raises
     ------
     ValueError
         `method` is unknown; `image` has another type or shape, is empty or too small, or holds values that are not
-        numbers from 0 to 1.
+        numbers from 0 to 1; there are no such columns.
     """
     if method not in EDGE_METHODS:
         raise ValueError(f"method: {method!r} is none of {', '.join(EDGE_METHODS)}")
     image = checked_image(image)
     if method == "forest":
-        return forest_edges(shipped_detector(), image)
+        return forest_edges(shipped_detector(), image, columns)
     grey = image if image.ndim == 2 else np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.float32)
-    return canny(grey, *CANNY_PAIR) if method == "canny" else _gradient_edges(grey, method)
+    whole = canny(grey, *CANNY_PAIR) if method == "canny" else _gradient_edges(grey, method)
+    return EdgeMap(whole.strength[:, columns], whole.normal_rad[:, columns])
 
 
-def forest_edges(detector: EdgeDetector, image: Image) -> EdgeMap:
+def forest_edges(detector: EdgeDetector, image: Image, columns: slice = slice(None)) -> EdgeMap:
     """Edges by a forest; strength is the share of trees that vote for an edge, half of what the detector gives."""
-    strength = np.minimum(np.float32(0.5) * detector.strength(image), np.float32(1))
-    return EdgeMap(strength, ridge_normals(strength))
+    first, end, _ = columns.indices(image.shape[1])
+    around = slice(max(0, first - NORMAL_REACH_PX), end + NORMAL_REACH_PX)  # what directions at the borders depend on
+    (votes,) = detector.strength_in(image, [(slice(None), around)])
+    strength = np.minimum(np.float32(0.5) * votes, np.float32(1))
+    wanted = slice(first - around.start, end - around.start)
+    return EdgeMap(strength[:, wanted], ridge_normals(strength)[:, wanted])
 
 
 def canny(grey: Image, low: float, high: float) -> EdgeMap:

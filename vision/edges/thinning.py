@@ -6,6 +6,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 NORMAL_RADIUS_PX = 4  # of the triangle that strengths are smoothed with before they tell a direction
+NORMAL_REACH_PX = NORMAL_RADIUS_PX + 1  # how far around a pixel strengths change its direction
 RIDGE_RADIUS_PX = 2
 TOLERANCE = np.float32(1.01)  # a ridge may be this much weaker than its neighbour: on plateaus both stay
 

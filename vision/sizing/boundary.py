@@ -86,8 +86,8 @@ def boundaries_of_interest(
     weak : float
         Share of Otsu's level of the strengths at which beta lies.
     """
-    edges = detect_edges(_unit(picture), method)
-    thin = ridges(edges.strength[:, seen], edges.normal_rad[:, seen])
+    edges = detect_edges(_unit(picture), method, seen)
+    thin = ridges(edges.strength, edges.normal_rad)
     return _denoised(_without_weak(thin if mask is None else thin * mask[:, seen], weak))
 
 

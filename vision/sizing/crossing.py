@@ -9,6 +9,7 @@ height and its place across follow from that height, the mean width and the comm
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -56,14 +57,7 @@ def tangent_cuts(cameras_mm: Array, section: Array, plane_mm: float) -> Array:
         Per camera the place across of the edge at smaller and at larger x; NaN where the camera lies inside the bar or
         a tangent runs level.
     """
-    across, height, radius = section
-    away, above = across - cameras_mm[:, 0], cameras_mm[:, 1] - height
-    with np.errstate(invalid="ignore"):
-        half = np.arcsin(radius / np.hypot(away, above))
-    to_axis = np.arctan2(away, above)
-    angle = to_axis[:, None] + half[:, None] * np.array([-1.0, 1.0])
-    angle[np.abs(angle) >= 0.5 * np.pi] = np.nan
-    return cameras_mm[:, :1] + (cameras_mm[:, 1:] - plane_mm) * np.tan(angle)
+    return _cuts(np.ascontiguousarray(cameras_mm), np.ascontiguousarray(section), plane_mm)
 
 
 def solve_section(cameras_mm: Array, plane_mm: float, width_mm: float, middle_mm: float) -> Section | None:
@@ -89,6 +83,7 @@ def solve_section(cameras_mm: Array, plane_mm: float, width_mm: float, middle_mm
     Section or None
         None when no bar below both cameras does that.
     """
+    cameras_mm = np.ascontiguousarray(cameras_mm)
     target = np.array([width_mm, 0.0, middle_mm])
     section = np.array([middle_mm, plane_mm, 0.5 * width_mm])
     for _ in range(ROUNDS):
@@ -106,18 +101,36 @@ def solve_section(cameras_mm: Array, plane_mm: float, width_mm: float, middle_mm
     return None
 
 
-def _seen(cameras_mm: Array, section: Array, plane_mm: float) -> Array:
+@njit(nogil=True, cache=True)
+def _cuts(cameras_mm, section, plane_mm):  # type: ignore[no-untyped-def]
+    across, height, radius = section
+    cuts = np.full((2, 2), np.nan)
+    for view in range(2):
+        away, above = across - cameras_mm[view, 0], cameras_mm[view, 1] - height
+        half = np.arcsin(radius / np.hypot(away, above))
+        for edge in range(2):
+            angle = np.arctan2(away, above) + (2 * edge - 1) * half
+            if abs(angle) < 0.5 * np.pi:
+                cuts[view, edge] = cameras_mm[view, 0] + (cameras_mm[view, 1] - plane_mm) * np.tan(angle)
+    return cuts
+
+
+@njit(nogil=True, cache=True)
+def _seen(cameras_mm, section, plane_mm):  # type: ignore[no-untyped-def]
     """Mean width, difference of the middles, mean of the middles."""
-    cuts = tangent_cuts(cameras_mm, section, plane_mm)
-    middle = cuts.mean(axis=1)
-    return np.array([(cuts[:, 1] - cuts[:, 0]).mean(), middle[0] - middle[1], middle.mean()])
+    cuts = _cuts(cameras_mm, section, plane_mm)
+    first, second = 0.5 * (cuts[0, 0] + cuts[0, 1]), 0.5 * (cuts[1, 0] + cuts[1, 1])
+    width = 0.5 * (cuts[0, 1] - cuts[0, 0] + cuts[1, 1] - cuts[1, 0])
+    return np.array([width, first - second, 0.5 * (first + second)])
 
 
-def _slope(cameras_mm: Array, section: Array, plane_mm: float) -> Array:
-    columns: list[Array] = []
+@njit(nogil=True, cache=True)
+def _slope(cameras_mm, section, plane_mm):  # type: ignore[no-untyped-def]
+    slope = np.empty((3, 3))
     for number in range(3):
         up, down = section.copy(), section.copy()
         up[number] += SLOPE_STEP_MM
         down[number] -= SLOPE_STEP_MM
-        columns.append((_seen(cameras_mm, up, plane_mm) - _seen(cameras_mm, down, plane_mm)) / (2 * SLOPE_STEP_MM))
-    return np.column_stack(columns)
+        change = _seen(cameras_mm, up, plane_mm) - _seen(cameras_mm, down, plane_mm)
+        slope[:, number] = change / (2 * SLOPE_STEP_MM)
+    return slope

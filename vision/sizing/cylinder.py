@@ -8,6 +8,7 @@ limb at smaller x and s = +1 on the other. Nothing else is assumed: no plane to 
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
@@ -110,19 +111,28 @@ def tangent_distance_mm(parameters: Array, rays: EdgeRays) -> tuple[Array, Array
     jacobian : ndarray of float64, shape (n, 5)
         Derivatives of the gap with respect to the parameters.
     """
+    return _tangent_distance(parameters, rays.origin_mm, rays.direction, rays.side)
+
+
+@njit(nogil=True, cache=True)
+def _tangent_distance(parameters, origin, direction, side):  # type: ignore[no-untyped-def]
     x0, z0, slope_x, slope_z, R = parameters
-    u = np.array([slope_x, 1.0, slope_z])
-    w = np.array([x0, 0.0, z0]) - rays.origin_mm
-    v = rays.direction
-    n = np.cross(u, v)
-    length = np.linalg.norm(n, axis=1)
-    d = np.einsum("ij,ij->i", w, n) / length
-    by_u = np.cross(v, w) / length[:, None] - np.cross(v, n) * (d / length**2)[:, None]
-    s = rays.side
-    jacobian = np.column_stack(
-        [s * n[:, 0] / length, s * n[:, 2] / length, s * by_u[:, 0], s * by_u[:, 2], -np.ones_like(s)]
-    )
-    return s * d - R, jacobian
+    gap, jacobian = np.empty(side.shape[0]), np.empty((side.shape[0], 5))
+    for i in range(side.shape[0]):
+        s = side[i]
+        v_x, v_y, v_z = direction[i]
+        w_x, w_y, w_z = x0 - origin[i, 0], -origin[i, 1], z0 - origin[i, 2]
+        n_x, n_y, n_z = v_z - slope_z * v_y, slope_z * v_x - slope_x * v_z, slope_x * v_y - v_x  # u x v
+        length = np.sqrt(n_x * n_x + n_y * n_y + n_z * n_z)
+        d = (w_x * n_x + w_y * n_y + w_z * n_z) / length
+        gap[i] = s * d - R
+        jacobian[i, 0] = s * n_x / length
+        jacobian[i, 1] = s * n_z / length
+        # by u: v x w / |n| - (v x n) d / |n|^2
+        jacobian[i, 2] = s * ((v_y * w_z - v_z * w_y) - (v_y * n_z - v_z * n_y) * d / length) / length
+        jacobian[i, 3] = s * ((v_x * w_y - v_y * w_x) - (v_x * n_y - v_y * n_x) * d / length) / length
+        jacobian[i, 4] = -1.0
+    return gap, jacobian
 
 
 def touched_points(parameters: Array, rays: EdgeRays) -> tuple[Array, Array]:
@@ -168,6 +178,7 @@ def fit_cylinder(rays: EdgeRays, start: Array, rounds: int = 80) -> CylinderFit 
         None when the rays do not fix a cylinder.
     """
     parameters = start
+    near = _near_each_other(rays)
     scale_px, converged = np.inf, False
     for step_number in range(rounds):
         gap, jacobian = tangent_distance_mm(parameters, rays)
@@ -175,29 +186,34 @@ def fit_cylinder(rays: EdgeRays, start: Array, rounds: int = 80) -> CylinderFit 
         residual_px = gap * pixel_per_mm
         if step_number < NARROWING_STEPS:  # afterwards it stands still, so that the steps come to an end
             wide_px = 1.4826 * float(np.median(np.abs(residual_px)))
-            narrow_px = max(LEAST_SCALE_PX, _local_scatter_px(residual_px, rays), NARROWEST * wide_px)
+            narrow_px = max(LEAST_SCALE_PX, _local_scatter_px(residual_px, near), NARROWEST * wide_px)
             scale_px = max(narrow_px, NARROWING**step_number * wide_px)
         ratio = np.where(residual_px < 0, rays.inwards, 1.0) * residual_px / scale_px
         weight = _biweight(ratio)
-        gain = _gain(jacobian, weight * pixel_per_mm**2)
-        if gain is None:
+        normal = _normal_equations(jacobian, weight * pixel_per_mm**2)
+        if normal is None:
             return None
         if converged:
+            gain = normal.solved(normal.weighted.T)
             influence = gain * gap * (weight.mean() / _slope(ratio).mean())
             covariance = _clustered_covariance(influence, rays)
             return CylinderFit(parameters, covariance, residual_px, pixel_per_mm, weight, scale_px, gain)
-        step = -gain @ gap
+        step = -normal.solved(normal.weighted.T @ gap)
         parameters = parameters + step
         converged = step_number >= NARROWING_STEPS and bool(np.all(np.abs(step) < STEP_END))
     return None
 
 
-def _local_scatter_px(residual_px: Array, rays: EdgeRays) -> float:
+def _near_each_other(rays: EdgeRays) -> NDArray[np.bool_]:
+    """Which points are in the same window as the one `LAG` points further."""
+    return (rays.limb[LAG:] == rays.limb[:-LAG]) & (rays.window[LAG:] == rays.window[:-LAG])
+
+
+def _local_scatter_px(residual_px: Array, near: NDArray[np.bool_]) -> float:
     """Standard deviation of the quietest residuals against those a few points further in the same window."""
-    near = (rays.limb[LAG:] == rays.limb[:-LAG]) & (rays.window[LAG:] == rays.window[:-LAG])
-    if not near.any():
-        return 0.0
     differences = np.abs(residual_px[LAG:] - residual_px[:-LAG])[near]
+    if not differences.size:
+        return 0.0
     return float(np.quantile(differences, QUIET) / (np.sqrt(2) * ndtri((1 + QUIET) / 2)))
 
 
@@ -216,15 +232,28 @@ def _slope(ratio: Array) -> Array:
     return np.where(square < 1, (1 - square) * (1 - 5 * square), 0.0)
 
 
-def _gain(jacobian: Array, weight: Array) -> Array | None:
-    normal = jacobian.T @ (jacobian * weight[:, None])
+@dataclass(frozen=True, slots=True, eq=False)
+class _NormalEquations:
+    """J' W J, scaled to a unit diagonal, and W J, shape (n, 5)."""
+
+    scaled: Array
+    size: Array
+    weighted: Array
+
+    def solved(self, right: Array) -> Array:
+        """(J' W J)^-1 times the right side, shape (5,) or (5, n)."""
+        return (np.linalg.solve(self.scaled, (right.T / self.size).T).T / self.size).T
+
+
+def _normal_equations(jacobian: Array, weight: Array) -> _NormalEquations | None:
+    """None when the rays do not fix a cylinder."""
+    weighted = jacobian * weight[:, None]
+    normal = jacobian.T @ weighted
     size = np.sqrt(np.diag(normal))
     if not np.all(size > 0):
         return None
     scaled = normal / np.outer(size, size)
-    if np.linalg.cond(scaled) > 1e12:
-        return None
-    return np.linalg.solve(scaled, (jacobian * weight[:, None]).T / size[:, None]) / size[:, None]
+    return _NormalEquations(scaled, size, weighted) if np.linalg.cond(scaled) <= 1e12 else None
 
 
 def _clustered_covariance(influence: Array, rays: EdgeRays) -> Array:

@@ -66,8 +66,9 @@ class Gauge:
             return SizeReading(reasons=outlines | moved)
         if moved.forbids_value:
             return SizeReading(reasons=moved)
+        beside = self._beside.submit(self._virtual_board.measure_bar, left, right, outlines)
         tangent = self._tangent.measure_bar(left, right, outlines, moved_px)
-        reading = judged(tangent, self._virtual_board.measure_bar(left, right, outlines))
+        reading = judged(tangent, beside.result())
         return replace(reading, reasons=reading.reasons | moved)
 
     def _moved_px(self, left: Image, right: Image) -> tuple[float, float]:

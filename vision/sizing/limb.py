@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.calibration.rig import Camera
+from vision.edges.profiles import sample_profiles
 from vision.edges.subpixel import (
     edge_blur_px,
     edge_shading,
     even_profiles,
     fitted_edges,
     half_level_crossing,
-    sample_profiles,
 )
 from vision.sizing.region import PLANE_HEIGHT_MM
 from vision.sizing.rough import consensus_line

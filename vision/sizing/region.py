@@ -172,9 +172,12 @@ def _sheared_means(values, shears, middle):
             shift = shears[slope] * (row - middle)
             whole = int(np.floor(shift))
             right = np.float32(shift - whole)
-            for column in range(max(0, -whole), min(columns, columns - 1 - whole)):
-                at = column + whole
-                means[slope, column] += (1 - right) * values[row, at] + right * values[row, at + 1]
+            left = 1 - right
+            begin, end = max(0, -whole), min(columns, columns - 1 - whole)
+            # slices that start at 0 let the compiler add up many columns at once
+            source, total = values[row, max(0, begin + whole) :], means[slope, begin:]
+            for i in range(end - begin):
+                total[i] += left * source[i] + right * source[i + 1]
     return means / rows
 
 

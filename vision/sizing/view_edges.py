@@ -165,13 +165,13 @@ def _thin_edges(picture: Picture, rough: Array, hot: NDArray[np.bool_], method: 
 
 def _hot_rows(picture: Picture, rough: tuple[Array, Array]) -> NDArray[np.bool_]:
     """Rows in which most of what lies between the rough edges glows: not beyond a bar's end, not where it is hidden."""
-    brightest = picture if picture.ndim == 2 else picture.max(axis=2)
-    rows, columns = brightest.shape
+    rows, columns = picture.shape[:2]
     middle, half = 0.5 * (rough[0] + rough[1]), 0.4 * (rough[1] - rough[0])
     at = np.arange(rows)[:, None]
     across = np.linspace(-1.0, 1.0, 33)
     place = middle[0] * at + middle[1] + across * (half[0] * at + half[1])
-    level = np.median(brightest[at, np.clip(place, 0, columns - 1).astype(np.int64)], axis=1)
+    seen = picture[at, np.clip(place, 0, columns - 1).astype(np.int64)]
+    level = np.median(seen if picture.ndim == 2 else seen.max(axis=2), axis=1)
     return level >= HOT_ROW * np.percentile(level, 90)
 
 

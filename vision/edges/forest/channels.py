@@ -8,22 +8,18 @@ of a picture gives the same bits as the whole.
 Channels in order: L, u, v | magnitude and its four orientations at full scale | the same at half scale.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from vision.edges.forest.rings import ORIENTATIONS, REACH, RING, UNSMOOTHED, Rings
+
 CHANNELS = 13
-ORIENTATIONS = 4
 PLANES = 2 * CHANNELS + 1  # lightly smoothed, strongly smoothed, and a plane of zeros
 ZERO_PLANE = 2 * CHANNELS
 PAD_PX = 8
-RING = 16  # rows kept of every stage: a power of two above the longest reach
 _LAST = RING - 1
 
-_UNSMOOTHED = 3 + 2 * ORIENTATIONS  # a magnitude is the sum of its orientations, before smoothing and after
-_REACH = 4  # radius of the strong smoothing in cells, and of the normalisation in pixels
 _FLAT = np.float32(1e-5)
 _TAN_22_5 = np.float32(0.414124)  # where OpenCV's arctangent, right to 0.01 degrees, passes 22.5 degrees: 0.414214
 _NORMALISATION = np.float32(0.01)
@@ -46,52 +42,11 @@ def _lightness_table() -> NDArray[np.float32]:
 _LIGHTNESS = _lightness_table()
 
 
-class Rings(NamedTuple):
-    """The last rows of every stage; `columns` are those of the padded picture, `cells` half as many.
-
-    Attributes
-    ----------
-    luv : ndarray of float32, shape (1 or 3, RING, columns + 2)
-        L, u, v with their outermost values repeated; L alone for a grey picture.
-    magnitude, half_magnitude : ndarray of float32, shape (RING, columns or cells)
-    orientation, half_orientation : ndarray of int32, shape (RING, columns or cells)
-        Bins 0 to 3.
-    half_luv : ndarray of float32, shape (1 or 3, RING, cells + 2)
-    channels : ndarray of float32, shape (11, RING, cells)
-        L, u, v and two times four orientations, not smoothed.
-    scratch : ndarray of float32, shape (6, columns + 8)
-    """
-
-    luv: NDArray[np.float32]
-    magnitude: NDArray[np.float32]
-    orientation: NDArray[np.int32]
-    half_luv: NDArray[np.float32]
-    half_magnitude: NDArray[np.float32]
-    half_orientation: NDArray[np.int32]
-    channels: NDArray[np.float32]
-    scratch: NDArray[np.float32]
-
-
-def new_rings(cells: int, colours: int) -> Rings:
-    """Empty rings for pictures of so many cells a row, in one (grey) or three colours."""
-    columns = 2 * cells
-    return Rings(
-        luv=np.zeros((colours, RING, columns + 2), np.float32),
-        magnitude=np.zeros((RING, columns), np.float32),
-        orientation=np.zeros((RING, columns), np.int32),
-        half_luv=np.zeros((colours, RING, cells + 2), np.float32),
-        half_magnitude=np.zeros((RING, cells), np.float32),
-        half_orientation=np.zeros((RING, cells), np.int32),
-        channels=np.zeros((_UNSMOOTHED, RING, cells), np.float32),
-        scratch=np.zeros((6, columns + 2 * _REACH), np.float32),
-    )
-
-
 def stages_starting_at(cell_row: int) -> NDArray[np.int64]:
     """The next row of L, u, v, of gradients at full and half scale, and of channels, if `cell_row` is wanted first."""
-    channel = max(0, cell_row - _REACH)
-    half = max(0, channel - _REACH)
-    return np.array([2 * max(0, half - 1), max(0, 2 * channel - _REACH), half, channel], np.int64)
+    channel = max(0, cell_row - REACH)
+    half = max(0, channel - REACH)
+    return np.array([2 * max(0, half - 1), max(0, 2 * channel - REACH), half, channel], np.int64)
 
 
 @njit(nogil=True, cache=True)
@@ -256,7 +211,7 @@ def _gradient_row(luv, row, rows, magnitude, orientation):
 def _strongly_smoothed_row(ring, row, rows, column_sums, smoothed):
     """Triangle filter of radius 4 in both directions; beyond the border values are reflected."""
     width = smoothed.shape[0]
-    sums = column_sums[_REACH : _REACH + width]
+    sums = column_sums[REACH : REACH + width]
     middle = ring[row & _LAST]
     one_up, one_down = ring[_reflected(row - 1, rows) & _LAST], ring[_reflected(row + 1, rows) & _LAST]
     two_up, two_down = ring[_reflected(row - 2, rows) & _LAST], ring[_reflected(row + 2, rows) & _LAST]
@@ -270,9 +225,9 @@ def _strongly_smoothed_row(ring, row, rows, column_sums, smoothed):
         )
     for x in range(width):
         sums[x] += np.float32(2) * (three_up[x] + three_down[x]) + (four_up[x] + four_down[x])
-    for x in range(_REACH):
-        column_sums[x] = column_sums[2 * _REACH - x]
-        column_sums[_REACH + width + x] = column_sums[_REACH + width - 2 - x]
+    for x in range(REACH):
+        column_sums[x] = column_sums[2 * REACH - x]
+        column_sums[REACH + width + x] = column_sums[REACH + width - 2 - x]
     for x in range(width):
         smoothed[x] = np.float32(1 / 625) * (
             np.float32(5) * column_sums[x + 4]
@@ -342,7 +297,7 @@ def _smoothed_cells(rings, cell_row, cell_rows, cells):
         channels[2, cell_row & _LAST] = _V_ZERO
     for strong in range(2):
         first = CHANNELS * strong
-        for source in range(_UNSMOOTHED):
+        for source in range(UNSMOOTHED):
             plane = first + source + (source >= 3) + (source >= 3 + ORIENTATIONS)
             if rings.luv.shape[0] == 1 and 1 <= source <= 2:
                 cells[plane, :width] = channels[source, cell_row & _LAST]
@@ -373,13 +328,13 @@ def _luv_rows_to(end, image, window, rings, done):
 def _next_cell_row(image, window, cell_row, rings, done, cells):
     rows = 2 * cells_along(window[2])
     outside = 0
-    while done[3] < min(cell_row + _REACH + 1, rows // 2):
+    while done[3] < min(cell_row + REACH + 1, rows // 2):
         channel = done[3]
-        while done[1] < min(2 * channel + 2 + _REACH, rows):
+        while done[1] < min(2 * channel + 2 + REACH, rows):
             outside += _luv_rows_to(min(done[1] + 2, rows), image, window, rings, done)
             _gradient_row(rings.luv, done[1], rows, rings.magnitude, rings.orientation)
             done[1] += 1
-        while done[2] < min(channel + 1 + _REACH, rows // 2):
+        while done[2] < min(channel + 1 + REACH, rows // 2):
             outside += _luv_rows_to(min(2 * done[2] + 4, rows), image, window, rings, done)
             _gradient_row(rings.half_luv, done[2], rows // 2, rings.half_magnitude, rings.half_orientation)
             done[2] += 1

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.edges.forest import channels
+from vision.edges.forest.rings import new_rings
 
 PATCH_PX = 32
 LABEL_PX = 16
@@ -81,7 +82,7 @@ def smoothed_cells(image: Floats) -> Floats:
     rows, columns, colours = image.shape
     cell_rows, width = channels.cells_along(rows), channels.cells_along(columns)
     cells = np.empty((cell_rows, channels.PLANES, width), np.float32)
-    rings, done = channels.new_rings(width, colours), channels.stages_starting_at(0)
+    rings, done = new_rings(width, colours), channels.stages_starting_at(0)
     check_values(channels.make_cell_rows(image, (0, 0, rows, columns), 0, cell_rows, rings, done, cells))
     return cells
 

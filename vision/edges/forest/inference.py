@@ -20,6 +20,7 @@ from vision.edges.forest.features import (
     places_along,
 )
 from vision.edges.forest.model import StructuredForest, shipped_forest
+from vision.edges.forest.rings import Rings, new_rings
 
 Floats = NDArray[np.float32]
 Region = tuple[slice, slice]
@@ -134,12 +135,12 @@ class EdgeDetector:
         walk.smooth_votes(work.votes, (2 * first_row, left), part, even, weight, strength, corner)
         return outside
 
-    def _memory_for(self, width: int, place_rows: int, colours: int) -> tuple[channels.Rings, walk.Workspace]:
+    def _memory_for(self, width: int, place_rows: int, colours: int) -> tuple[Rings, walk.Workspace]:
         """Memory for such a part: what this thread used last if it fits."""
         place_rows = 32 * -(-place_rows // 32)  # so that it fits the next part too, which has a few rows more or less
         key = (width, place_rows, colours)
         if getattr(self._memory, "key", None) != key:
-            self._memory.rings = channels.new_rings(width, colours)
+            self._memory.rings = new_rings(width, colours)
             self._memory.work = _workspace(width, place_rows)
             self._memory.key = key
         return self._memory.rings, self._memory.work
