@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from vision.edges.forest.rings import ORIENTATIONS, REACH, RING, UNSMOOTHED, Rings
+from vision.edges.forest.rings import ORIENTATIONS, REACH, RING, UNSMOOTHED
 
 CHANNELS = 13
 PLANES = 2 * CHANNELS + 1  # lightly smoothed, strongly smoothed, and a plane of zeros
