@@ -79,14 +79,13 @@ def measure_recording(
         `output` cannot be written, or the folder of plots not made.
     """
     drawing = Plots(plots) if plots is not None else None
-    writer = _csv_writer if output.suffix.lower() == ".csv" else _json_lines_writer
     gauge: TimedGauge[SizeReading | VirtualBoardReading] = TimedGauge(
         load_rig(rig),
         str(rig),
         Gauge if method == "tangent" else partial(VirtualBoardGauge, edges=edges, fusion=fusion),
     )
     with contextlib.closing(Recording(recording)) as frames, whole_file(output) as file:
-        write = writer(file)
+        write = row_writer(output, file)
         for frame, left, right in tqdm(frames, unit="frame", disable=None):
             reading, elapsed_ms = gauge.measure(left, right)
             if isinstance(reading, VirtualBoardReading):
@@ -111,6 +110,11 @@ def row(frame: int, reading: SizeReading, elapsed_ms: float) -> Row:
 
 def _or_none(value: Value) -> Value:
     return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def row_writer(output: Path, file: TextIO) -> Callable[[Row], None]:
+    """What writes rows to a file that will have this name: CSV if its suffix is `.csv`, else JSON lines."""
+    return _csv_writer(file) if output.suffix.lower() == ".csv" else _json_lines_writer(file)
 
 
 def _json_lines_writer(file: TextIO) -> Callable[[Row], None]:

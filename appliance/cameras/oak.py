@@ -118,6 +118,10 @@ def _camera(
     control.setManualExposure(settings.exposure_us, settings.sensitivity_iso)
     control.setManualWhiteBalance(settings.white_balance_k)
     control.setManualFocus(settings.focus)
+    # what a camera smooths or sharpens after it has coded the light moves edges
+    control.setSharpness(0)
+    control.setLumaDenoise(0)
+    control.setChromaDenoise(0)
     if isinstance(settings, OakCamera) and settings.right and settings.sync == "ptp":
         control.setFrameSyncMode(dai.CameraControl.FrameSyncMode.TIME_PTP)
     return node

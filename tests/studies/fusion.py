@@ -8,9 +8,9 @@ left out, so that nothing here depends on how it was trained: Sobel's edges.
 from functools import lru_cache
 
 import numpy as np
+from calibrated_rigs import calibrated_rig
 
 from appliance.mill.scenes import draw
-from studies.tangent_route import gauge as tangent_gauge
 from vision.alignment import BarOutline
 from vision.fusion.methods import METHODS
 from vision.sizing.aligned_pair import AlignedPair
@@ -20,14 +20,13 @@ from vision.sizing.virtual_board import VirtualBoardGauge, _reasons_of_edges, as
 from vision.sizing.virtual_board_reading import VirtualBoardReading
 
 TEXT = (
-    "Route V on one picture out of two, by method; rigs, boards and calibrations as in tangent_route, 800 x 600, "
+    "Route V on one picture out of two, by method; rigs, boards and calibrations as in served_diameter, 800 x 600, "
     "Sobel's edges. sized: windows kept of all; false_edges: edge pixels per row within 40 px of the bar's outline and "
     "further than 3 px from its edges in both views; edges_kept: share of rows and edges with one within 3 px."
 )
 CONDITIONS = ("clean", "scale", "post", "haze")
 VARIANTS = ("none", "left", "right", *METHODS)
 SEEDS = 60
-EDGES = "sobel"
 NEAR_PX, AROUND_PX = 3.0, 40.0
 
 
@@ -40,8 +39,8 @@ def cases():
     ]
 
 
-def run(case):
-    scene, watched = aligned(case["condition"], case["seed"])
+def run(case, edges="sobel"):
+    scene, watched = aligned(case["condition"], case["seed"], edges)
     watched.method = case["method"]
     reading = watched.again()
     result = {"valid": reading.valid, "sized": None, "error_mm": None, "false_edges": None, "edges_kept": None}
@@ -53,9 +52,9 @@ def run(case):
 
 
 @lru_cache(maxsize=1)
-def aligned(condition, seed):
+def aligned(condition, seed, edges):
     """A scene, and a gauge that has aligned its views."""
-    scene, watched = draw(condition, seed), Watched(tangent_gauge(seed).rig)
+    scene, watched = draw(condition, seed), Watched(calibrated_rig(seed), edges)
     watched.measure(scene.left, scene.right)
     return scene, watched
 
@@ -63,8 +62,8 @@ def aligned(condition, seed):
 class Watched(VirtualBoardGauge):
     """Route V that measures an aligned pair again by any method, and keeps the picture that it measured on."""
 
-    def __init__(self, rig):
-        super().__init__(rig, edges=EDGES)
+    def __init__(self, rig, edges):
+        super().__init__(rig, edges=edges)
         self.method, self.picture, self.pair = "none", None, None
 
     def measure_bar(self, left, right, outlines):
@@ -107,7 +106,7 @@ class Watched(VirtualBoardGauge):
         return super()._diameters(pair, width_mm)
 
     def edges_seen(self):
-        thin = boundaries_of_interest(self.picture, hot_mask(self.picture), EDGES).thin
+        thin = boundaries_of_interest(self.picture, hot_mask(self.picture), self._edges).thin
         row, column = np.nonzero(thin)
         true = self.true_columns(len(thin))
         away = np.abs(column[:, None] - true.reshape(-1, len(thin))[:, row].T)

@@ -1,4 +1,4 @@
-"""The stated uncertainty against the errors of the study of route T; every seed its own rig, board and calibration."""
+"""The stated uncertainty against the errors of the served diameter; every seed its own rig, board and calibration."""
 
 import json
 
@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from studies.__main__ import RESULTS
+from studies.served_diameter import MODELLED
 
 LEAST, MOST = 0.93, 0.98
-MODELLED = ("clean", "scale", "post", "glare", "overexposed", "bar-end", "rollers", "haze")
 
 
 @pytest.fixture(scope="module")
 def rows():
-    found = json.loads((RESULTS / "tangent_route.json").read_text(encoding="utf-8"))["rows"]
+    found = json.loads((RESULTS / "served_diameter.json").read_text(encoding="utf-8"))["rows"]
     return [row for row in found if row["condition"] in MODELLED and row.get("error_mm") is not None]
 
 

@@ -247,7 +247,9 @@ def test_calibrate_names_a_folder_without_pictures(tmp_path, capsys):
     [
         (["mesure", "x"], ("mesure", "did you mean measure?")),
         (["zzz"], ("zzz", "commands are", "check-config")),
-        (["measure", "x"], ("--rig", "--output")),
+        (["measure", "x"], ("--output",)),
+        (["measure", "x", "--output", "y"], ("--rig", "hotgauge calibrate")),
+        (["measure", "x", "--output", "y", "--barrier-mm", "500"], ("--barrier-mm", "--method conveyor")),
         (["registers", "--format", "xml"], ("--format", "markdown")),
         (["simulate", "--output", "x", "--frames", "-1"], ("--frames", "-1")),
         ([], ("COMMAND",)),

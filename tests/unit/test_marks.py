@@ -53,6 +53,11 @@ def test_a_shift_is_measured(marks, shift):
     assert marks.moved_px(taken(moved(line(), shift), 4)) == pytest.approx(np.hypot(*shift), abs=0.2)
 
 
+@pytest.mark.parametrize("shift", [(20.0, -15.0), (-31.0, 8.0), (60.0, 40.0)])
+def test_a_camera_that_moved_far_is_not_taken_for_one_without_marks(marks, shift):
+    assert marks.moved_px(taken(moved(line(), shift), 4)) == pytest.approx(np.hypot(*shift), abs=1.0)
+
+
 def test_a_turn_is_noticed_although_its_mean_shift_is_small(marks):
     assert marks.moved_px(taken(moved(line(), degrees=0.4), 5)) > 0.3
 

@@ -22,6 +22,7 @@ HALF_PX = 15  # of a mark's patch
 SIDE_PX = 2 * HALF_PX + 1
 SMOOTH_PX = 1.5  # noise of dark pictures is most of what they show
 SEARCH_PX = 8  # how far a mark is searched around its place
+FAR_PX = 128  # and how far when too few marks are found there, in pictures of half the size
 STILL_PX = 0.3  # between both registration pictures
 ALIKE = 0.7  # least correlation of a patch with the picture
 BOARD_MARGIN = 1.5  # times the board's corners' hull, around its middle: the sheet and its shadow
@@ -77,12 +78,22 @@ class Marks:
             Root mean square of the fitted motion over the marks, pixels, less what noise alone would give; NaN when too
             few marks agree on one.
         """
-        found = [_shift_px(patch, picture, place) for patch, place in zip(self.patch, self.place_px, strict=True)]
-        seen = [shift is not None for shift in found]
-        if sum(seen) < LEAST:
-            return np.nan
-        place = self.place_px[seen].astype(np.float64)
-        return _motion_px(place - place.mean(axis=0), np.array([shift for shift in found if shift is not None]))
+        near_px = _moved_within(self, picture, SEARCH_PX)
+        if np.isfinite(near_px) or len(self.patch) < LEAST:
+            return near_px
+        grey = _grey(picture)
+        half = cv2.resize(grey, (grey.shape[1] // 2, grey.shape[0] // 2), interpolation=cv2.INTER_AREA)
+        return 2 * _moved_within(self._halved(), np.asarray(half, np.float32), FAR_PX // 2)
+
+    def _halved(self) -> "Marks":
+        """Marks for pictures of half the size, each of whose pixels is four."""
+        size = SIDE_PX // 2
+        begins = 1 - self.place_px % 2
+        patch = [
+            cv2.resize(one[y : y + 2 * size, x : x + 2 * size], (size, size), interpolation=cv2.INTER_AREA)
+            for one, (x, y) in zip(self.patch, begins, strict=True)
+        ]
+        return Marks(self.place_px // 2, np.array(patch, np.float32))
 
 
 NO_MARKS = Marks(np.empty((0, 2), np.int64), np.empty((0, SIDE_PX, SIDE_PX), np.float32))
@@ -128,23 +139,42 @@ def _grey(picture: Picture) -> NDArray[np.float32]:
 
 
 def _around(picture: NDArray[Any], place: NDArray[np.int64], half: int) -> NDArray[Any]:
-    x, y = place
-    return picture[y - half : y + half + 1, x - half : x + half + 1]
+    """What a square around a place shows, less where it leaves the picture."""
+    (left, top), (right, bottom) = np.maximum(place - half, 0), np.maximum(place + half + 1, 0)
+    return picture[top:bottom, left:right]
 
 
-def _shift_px(patch: NDArray[np.float32], picture: Picture, place: NDArray[np.int64]) -> Array | None:
+def _moved_within(marks: Marks, picture: Picture | NDArray[np.float32], search_px: int) -> float:
+    found = [
+        _shift_px(patch, picture, place, search_px) for patch, place in zip(marks.patch, marks.place_px, strict=True)
+    ]
+    seen = [shift is not None for shift in found]
+    if sum(seen) < LEAST:
+        return np.nan
+    place = marks.place_px[seen].astype(np.float64)
+    return _motion_px(place - place.mean(axis=0), np.array([shift for shift in found if shift is not None]))
+
+
+def _shift_px(
+    patch: NDArray[np.float32],
+    picture: Picture | NDArray[np.float32],
+    place: NDArray[np.int64],
+    search_px: int = SEARCH_PX,
+) -> Array | None:
     """How far a patch has moved, (x, y); None when it is not found again."""
-    part = _around(picture, place, HALF_PX + SEARCH_PX)
-    if min(part.shape[:2]) <= 2 * (HALF_PX + SEARCH_PX):  # at the border of the picture, or beyond it
+    half_px = len(patch) // 2
+    part = _around(picture, place, half_px + search_px)
+    if min(part.shape[:2]) <= len(patch) + 1:  # at the border of the picture, or beyond it
         return None
-    around = _grey(np.ascontiguousarray(part))
+    around = part if part.dtype == np.float32 else _grey(np.ascontiguousarray(part))  # without noise already
     alike = cv2.matchTemplate(around, patch, cv2.TM_CCOEFF_NORMED)
     _, best, _, (column, row) = cv2.minMaxLoc(alike)
-    last = 2 * SEARCH_PX
-    if not (ALIKE <= best <= 1.001 and 0 < column < last and 0 < row < last):
+    rows, columns = alike.shape
+    if not (ALIKE <= best <= 1.001 and 0 < column < columns - 1 and 0 < row < rows - 1):
         return None
     across, down = alike[row, column - 1 : column + 2], alike[row - 1 : row + 2, column]
-    return np.array([column + _peak(across), row + _peak(down)]) - SEARCH_PX
+    begins = np.minimum(place - half_px, search_px)  # of the search, before the patch's own place
+    return np.array([column + _peak(across), row + _peak(down)]) - begins
 
 
 def _peak(three: NDArray[Any]) -> float:

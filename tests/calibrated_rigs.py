@@ -1,0 +1,59 @@
+"""Rigs of drawn scenes as the product calibrates them: corners with detector noise, boards with print errors."""
+
+import json
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from appliance.mill.board_pictures import board_light
+from appliance.mill.boards import Board as TrueBoard
+from appliance.mill.boards import board_document, high_pose, low_pose, observe
+from appliance.mill.scenes import set_up
+from appliance.mill.sensor import NoiseStock
+from vision.calibration.board import Board
+from vision.calibration.marks import find_marks
+from vision.calibration.stereo import calibrate
+from vision.sizing.budget import U_EXPONENT
+
+
+@lru_cache(maxsize=2)
+def calibrated_rig(seed):
+    """The rig of a seed's scenes, calibrated from projected corners; without still marks, which need pictures."""
+    return _calibrated(seed)[0]
+
+
+@lru_cache(maxsize=2)
+def rig_with_marks(seed):
+    """The same rig with the still marks that both registration pictures show."""
+    rig, board, seen, rng = _calibrated(seed)
+    scene = set_up("clean", seed).scene_as_calibrated()
+    lights = [(view, board_light(view, board, pose(board))) for view in (scene.left, scene.right) for pose in POSES]
+    starts = rng.integers(NoiseStock.EXTRA, size=len(lights))
+    pictures = [view.grey_picture(light, int(start)) for (view, light), start in zip(lights, starts, strict=True)]
+    corners = list(zip(seen.low, seen.high, strict=True))
+    return replace(rig, marks=(find_marks(*pictures[:2], corners[0]), find_marks(*pictures[2:], corners[1])))
+
+
+POSES = (low_pose, high_pose)
+
+
+def _calibrated(seed):
+    setup, (rng, true_board) = set_up("clean", seed), board_of(seed)
+    seen = observe(setup.rig, rng, true_board)
+    board = Board.from_json(json.dumps(board_document(true_board, setup.sensor.response)))
+    size, region_y_mm = setup.rig.left.image_size, setup.rig.region_y_mm
+    rig = calibrate(seen.calibration, seen.low, seen.high, board, size, region_y_mm=region_y_mm).rig
+    return rig, true_board, seen, rng
+
+
+def board_of(seed):
+    """The board that calibrates a seed's rig, and the random numbers that its poses are drawn from next."""
+    rng = np.random.default_rng([seed, 0x626F])
+    return rng, TrueBoard.with_errors(rng)
+
+
+def off_response(picture, seed):
+    """The picture of a camera whose code values follow light with an exponent that is a little off."""
+    exponent = np.random.default_rng([seed, 0x7265]).normal(1, U_EXPONENT)
+    return np.rint(255 * (np.arange(256) / 255) ** exponent).astype(np.uint8)[picture]

@@ -1,0 +1,60 @@
+"""The gauge study: the same bar at the same place, 25 pictures that differ by their noise alone."""
+
+import numpy as np
+from calibrated_rigs import off_response, rig_with_marks
+
+from appliance.mill.scenes import set_up
+from studies.served_diameter import rounded
+from vision.sizing.gauge import Gauge
+
+TEXT = (
+    "The gauge as served; the same bar and place, 25 noises; rigs and calibrations as in served_diameter, 800 x 600. "
+    "Shimmer displaces the picture anew in each frame, beside the noise. Of a tolerance 4 mm wide: six standard "
+    "deviations of the 25 values over 4 mm."
+)
+CONDITIONS = {"clean": (), "haze": (), "shimmer": ("shimmer",)}
+SEEDS = range(1000, 1030)
+FRAMES = 25
+SAMPLE = 2
+TOLERANCE_MM = 4.0
+
+
+def cases():
+    return [{"condition": name, "seed": seed} for seed in SEEDS for name in CONDITIONS]
+
+
+def run(case):
+    name, seed = case["condition"], case["seed"]
+    effects = CONDITIONS[name]
+    setup = set_up("clean" if effects else name, seed, effects=effects)
+    gauge = Gauge(rig_with_marks(seed))
+    readings = [gauge.measure(*(off_response(one, seed) for one in setup.pair(frame))) for frame in range(FRAMES)]
+    value_mm = np.array([reading.diameter_mm for reading in readings if reading.valid])
+    virtual_mm = np.array([reading.diameter_virtual_board_mm for reading in readings])
+    return {
+        "values": len(value_mm),
+        "truth_mm": setup.diameter_mm,
+        "mean_error_mm": rounded(value_mm.mean() - setup.diameter_mm),
+        "sigma_mm": rounded(value_mm.std(ddof=1)),
+        "u_edge_mm": rounded(np.mean([reading.u_edge_mm for reading in readings if reading.valid])),
+        "sigma_virtual_board_mm": rounded(np.std(virtual_mm[np.isfinite(virtual_mm)], ddof=1)),
+    }
+
+
+def summary(rows):
+    return {name: _of_condition([row for row in rows if row["condition"] == name]) for name in CONDITIONS}
+
+
+def _of_condition(rows):
+    sigma = np.array([row["sigma_mm"] for row in rows])
+    together = np.sqrt(np.mean(sigma**2))
+    return {
+        "bars": len(rows),
+        "values_of_25": min(row["values"] for row in rows),
+        "sigma_mm": rounded(together),
+        "worst_sigma_mm": rounded(sigma.max()),
+        "of_tolerance_percent": rounded(100 * 6 * together / TOLERANCE_MM),
+        "worst_of_tolerance_percent": rounded(100 * 6 * sigma.max() / TOLERANCE_MM),
+        "u_edge_mm": rounded(np.sqrt(np.mean([row["u_edge_mm"] ** 2 for row in rows]))),
+        "sigma_virtual_board_mm": rounded(np.sqrt(np.mean([row["sigma_virtual_board_mm"] ** 2 for row in rows]))),
+    }

@@ -1,0 +1,283 @@
+"""Diameter of a bar between two barriers, from one camera that was never calibrated (the dissertation's chapter 3).
+
+Its measure, eq. 3.3, is the bar's width on the barriers' plane. But the edges that are seen are tangents, and the bar
+is nearer to the camera than the plane: for a bar of radius R on the conveyor, seen between the angles a - b and a + b
+by a camera Z above it, sin b = R / d, and d cos a + R = Z, so R = Z sin b / (cos a + sin b). At 165 mm from 2.6 m that
+is 5 mm less than eq. 3.3 says: the fixed error that the source found and compensated.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.calibration.conveyor import BLUR_PX, SAMPLES_PX, Barriers, across, find_barriers, grey_light
+from vision.calibration.conveyor_view import (
+    FOCAL_SHARE,
+    FOCAL_SHARE_U,
+    UNKNOWN_HEIGHT_MM,
+    UNKNOWN_HEIGHT_U_MM,
+    ConveyorReference,
+    ConveyorView,
+    conveyor_view,
+)
+from vision.edges.subpixel import Crossings, edge_blur_px, edge_shading, half_level_crossing
+from vision.readings import Reason, SizeReading
+from vision.sizing.robust_line import robust_line
+
+Array = NDArray[np.float64]
+Plane = NDArray[np.float32]
+
+HOT_FLOOR = 0.08  # of full scale: a bar is brighter than the empty line by more
+OPENED_PX = 5
+BAR_PX = 8  # fewer columns are no bar
+FREE_PX = 9.0  # between the bar and a barrier: less and its edge has no dark side
+COVERED = 0.5  # of the rows, by the bar
+ENDS_ROWS = 4  # at the picture's ends that are not looked at
+WINDOWS = 24
+LEAST_WINDOWS = 0.2
+OFF_LINE_PX = 1.0  # the edge of a window off the bar's straight line: the window is discarded
+STEP_LEAST = 0.4  # of a clear row's step of light
+U_EDGE_PX = 0.02  # of a whole limb or barrier: blur and halo that are not alike on both sides
+U_SPACING = 0.0005  # of W, relative
+CLIPPED = 0.98
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Limb:
+    line: Array
+    rows: Array
+    columns: Array
+
+
+class ConveyorGauge:
+    """Measures a bar between barriers.
+
+    Parameters
+    ----------
+    empty : sequence of ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        Pictures of the line without a bar.
+    reference : ConveyorReference
+    compensation_mm : float
+        Added to every diameter, as the source did; 0 unless somebody knows better.
+
+    Raises
+    ------
+    ValueError
+        There is no picture, or pictures differ in size.
+    """
+
+    def __init__(
+        self, empty: list[NDArray[np.uint8]], reference: ConveyorReference, compensation_mm: float = 0.0
+    ) -> None:
+        if not empty or len({picture.shape[:2] for picture in empty}) != 1:
+            raise ValueError("empty: at least one picture of the empty line is wanted, all of one size")
+        self._empty: Plane = np.asarray(np.mean([grey_light(picture) for picture in empty], axis=0), np.float32)
+        self._reference = reference
+        self._compensation_mm = compensation_mm
+        self.barriers = find_barriers(self._empty)
+        self._views: dict[str, ConveyorView] = {}
+        if isinstance(self.barriers, Barriers):
+            self._views = _views(self.barriers, reference)
+
+    def measure(self, picture: NDArray[np.uint8]) -> SizeReading:
+        """Diameter of the bar in a picture.
+
+        Parameters
+        ----------
+        picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+            Coded linearly, of the size of the empty ones.
+
+        Returns
+        -------
+        SizeReading
+            Without a value: `barrier_hidden`, `barrier_bent`, `no_bar`, `several_bars`, `bar_too_short`,
+            `edge_not_found`, `edges_clipped`, `no_windows`.
+
+        Raises
+        ------
+        ValueError
+            The picture has another size than the empty ones.
+        """
+        if picture.shape[:2] != self._empty.shape:
+            raise ValueError(f"picture: {picture.shape[:2]} rows and columns, the empty line has {self._empty.shape}")
+        if not isinstance(self.barriers, Barriers):
+            return _nothing(self.barriers)
+        light = grey_light(picture)
+        spans = bar_spans(light, self._empty)
+        if isinstance(spans, Reason):
+            return _nothing(spans)
+        left, right = (_limb(light, spans, side) for side in (0, 1))
+        if left is None or right is None or _touches(left, right, self.barriers):
+            return _nothing(Reason.EDGE_NOT_FOUND)
+        if max(_brightness(light, left, 1), _brightness(light, right, -1)) >= CLIPPED:
+            return _nothing(Reason.EDGES_CLIPPED)
+        return self._read(left, right)
+
+    def _read(self, left: _Limb, right: _Limb) -> SizeReading:
+        windows = np.array_split(np.intersect1d(left.rows, right.rows), WINDOWS)
+        ends = [_ends(limb, windows) for limb in (left, right)]
+        there = np.isfinite(ends[0][:, 0]) & np.isfinite(ends[1][:, 0])
+        if np.count_nonzero(there) < LEAST_WINDOWS * WINDOWS:
+            return _nothing(Reason.NO_WINDOWS)
+        ends = [end[there] for end in ends]
+        view = self._views["view"]
+        by_window = diameters_mm(view, *ends)
+        diameter_mm = float(np.median(by_window))
+        calibration_mm, model_mm = self._u_of_view(ends, diameter_mm)
+        edge_mm = float(1.2533 * by_window.std() / np.sqrt(len(by_window)))  # of a median
+        expanded_mm = float(2 * np.linalg.norm([edge_mm, calibration_mm, model_mm]))
+        middle = 0.5 * (view.tangent(ends[0]) + view.tangent(ends[1]))
+        return SizeReading(
+            diameter_mm=diameter_mm + self._compensation_mm,
+            expanded_uncertainty_mm=expanded_mm,
+            windows_kept=int(np.count_nonzero(there)),
+            windows_total=WINDOWS,
+            axis_height_mm=diameter_mm / 2,
+            offset_mm=float(np.median(middle) * view.camera_height_mm),
+            u_edge_mm=edge_mm,
+            u_calibration_mm=calibration_mm,
+            u_board_mm=0.0,
+            u_light_mm=0.0,
+            u_shape_mm=0.0,
+            u_model_mm=model_mm,
+            method="conveyor",
+        )
+
+    def _u_of_view(self, ends: list[Array], diameter_mm: float) -> tuple[float, float]:
+        """Standard uncertainties from the ruler, and from what of the camera is only assumed."""
+        changed = {name: float(np.median(diameters_mm(view, *ends))) for name, view in self._views.items()}
+        width_px = abs(float(np.mean(ends[1][:, 0] - ends[0][:, 0])))
+        edges = diameter_mm * np.sqrt(2) * U_EDGE_PX / width_px
+        ruler = diameter_mm * np.sqrt(2) * U_EDGE_PX / float(self.barriers_px())
+        calibration = np.linalg.norm([ruler, U_SPACING * diameter_mm])
+        model = np.linalg.norm([edges, *(value - changed["view"] for value in changed.values())])
+        return float(calibration), float(model)
+
+    def barriers_px(self) -> float:
+        """Distance of the barriers in the picture's middle row, pixels."""
+        assert isinstance(self.barriers, Barriers)  # noqa: S101  only asked once they are found
+        return float(self.barriers.width_px(np.array([len(self._empty) / 2]))[0])
+
+
+def _views(barriers: Barriers, reference: ConveyorReference) -> dict[str, ConveyorView]:
+    """The view, and how it would be if what is assumed were off by a standard uncertainty."""
+    views = {"view": conveyor_view(barriers, reference)}
+    if reference.camera_height_mm is None:
+        views["focal length"] = conveyor_view(barriers, reference, focal_share=FOCAL_SHARE * (1 + FOCAL_SHARE_U))
+    if reference.barrier_height_mm is None:
+        views["barriers"] = conveyor_view(barriers, reference, edge_mm=UNKNOWN_HEIGHT_MM + UNKNOWN_HEIGHT_U_MM)
+    return views
+
+
+def diameters_mm(view: ConveyorView, left_px: Array, right_px: Array) -> Array:
+    """Diameter of a round bar on the conveyor from points on its two edges.
+
+    Parameters
+    ----------
+    view : ConveyorView
+    left_px, right_px : ndarray of float64, shape (n, 2)
+        (x, y), one pair for each section.
+
+    Returns
+    -------
+    ndarray of float64, shape (n,)
+        2 R = 2 Z sin b / (cos a + sin b).
+    """
+    first, second = np.arctan(view.tangent(left_px)), np.arctan(view.tangent(right_px))
+    a, b = 0.5 * (first + second), 0.5 * np.abs(second - first)
+    return 2 * view.camera_height_mm * np.sin(b) / (np.cos(a) + np.sin(b))
+
+
+def bar_spans(light: Plane, empty: Plane) -> NDArray[np.int64] | Reason:
+    """First and last hot column of the bar in each row, shape (rows, 2), -1 where there is none (algorithm 5).
+
+    Parameters
+    ----------
+    light, empty : ndarray of float32, shape (rows, columns)
+        With the bar and without.
+
+    Returns
+    -------
+    ndarray of int64 or Reason
+        `no_bar`, `several_bars` or `bar_too_short` without a bar to be measured.
+    """
+    more = np.clip(np.rint(255 * np.clip(light - empty, 0, 1)), 0, 255).astype(np.uint8)
+    level, _ = cv2.threshold(more, 0, 1, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
+    mask = (more > max(level, 255 * HOT_FLOOR)).astype(np.uint8)
+    mask = np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((OPENED_PX, OPENED_PX), np.uint8)))
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask)
+    rows = len(light)
+    long = [i for i in range(1, count) if stats[i, cv2.CC_STAT_HEIGHT] >= COVERED * rows]
+    if not long:
+        hot = stats[1:, cv2.CC_STAT_AREA].max(initial=0)
+        return Reason.BAR_TOO_SHORT if hot > BAR_PX * COVERED * rows / 2 else Reason.NO_BAR
+    if len(long) > 1:
+        return Reason.SEVERAL_BARS
+    bar = labels == long[0]
+    first, last = bar.argmax(axis=1), bar.shape[1] - 1 - bar[:, ::-1].argmax(axis=1)
+    there = bar.any(axis=1) & (last - first >= BAR_PX)
+    spans = np.where(there[:, None], np.column_stack([first, last]), -1)
+    spans[:ENDS_ROWS] = spans[-ENDS_ROWS:] = -1
+    return spans if np.count_nonzero(spans[:, 0] >= 0) >= COVERED * rows else Reason.BAR_TOO_SHORT
+
+
+def _limb(light: Plane, spans: NDArray[np.int64], side: int) -> _Limb | None:
+    """Edge of the bar at half level, row by row, around one straight line."""
+    rows = np.flatnonzero(spans[:, 0] >= 0).astype(np.float64)
+    line = robust_line(rows, spans[rows.astype(np.int64), side].astype(np.float64))
+    inwards = 1 if side == 0 else -1
+    for _ in range(2):  # the second time around the first one's line
+        column, shows = _columns(light, line, inwards, rows)
+        if np.count_nonzero(shows) < COVERED * len(rows):
+            return None
+        line = robust_line(rows[shows], column[shows])
+    column, shows = _columns(light, line, inwards, rows)
+    near = shows & (np.abs(column - line[0] * rows - line[1]) <= OFF_LINE_PX)
+    return _Limb(line, rows[near], column[near]) if np.count_nonzero(near) >= COVERED * len(rows) else None
+
+
+def _columns(light: Plane, line: Array, inwards: int, rows: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Column of the edge in each row, and where there is a clear step of light."""
+    crossings = _crossings(across(light, line, inwards, rows, SAMPLES_PX))
+    step = np.nan_to_num(crossings.bright - crossings.dark)
+    shows = np.isfinite(crossings.place_px) & (step > STEP_LEAST * np.percentile(step, 90))
+    column = line[0] * rows + line[1] + inwards * crossings.place_px * np.hypot(1.0, line[0])
+    return column, shows
+
+
+def _crossings(profile: Array) -> Crossings:
+    """Half level of an edge of a round bar, which is darker there than further inside."""
+    first = half_level_crossing(profile, SAMPLES_PX, BLUR_PX, expected_px=0.0)
+    blur_px = edge_blur_px(profile, SAMPLES_PX, first.place_px)
+    if not np.isfinite(blur_px):
+        return first
+    even = half_level_crossing(profile, SAMPLES_PX, blur_px, expected_px=0.0)
+    shading = edge_shading(profile, SAMPLES_PX, even, blur_px)
+    return half_level_crossing(profile, SAMPLES_PX, blur_px, expected_px=0.0, shading=shading)
+
+
+def _touches(left: _Limb, right: _Limb, barriers: Barriers) -> bool:
+    rows = np.array([left.rows.min(), left.rows.max()])
+    edges = barriers.columns(rows)
+    free = [left.line[0] * rows + left.line[1] - edges[:, 0], edges[:, 1] - right.line[0] * rows - right.line[1]]
+    return bool(np.min(free) < FREE_PX)
+
+
+def _brightness(light: Plane, limb: _Limb, inwards: int) -> float:
+    """Median light of the bar just inside an edge."""
+    column = np.clip(np.rint(limb.columns + 5 * inwards), 0, light.shape[1] - 1).astype(np.int64)
+    return float(np.median(light[limb.rows.astype(np.int64), column]))
+
+
+def _ends(limb: _Limb, windows: list[Array]) -> Array:
+    """Mean point (x, y) of an edge in each window, NaN where it shows nothing; y is that of the window."""
+    column = dict(zip(limb.rows.tolist(), limb.columns.tolist(), strict=True))
+    return np.array(
+        [[np.mean([column[row] for row in part]), part.mean()] if len(part) else [np.nan, np.nan] for part in windows]
+    )
+
+
+def _nothing(reason: Reason) -> SizeReading:
+    return SizeReading(reasons=reason, windows_total=WINDOWS, method="conveyor")
