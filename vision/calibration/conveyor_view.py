@@ -19,6 +19,10 @@ Array = NDArray[np.float64]
 
 FOCAL_SHARE, FOCAL_SHARE_U = 0.95, 0.18  # of the picture's width: fields of view from 43 to 75 degrees, rectangular
 UNKNOWN_HEIGHT_MM, UNKNOWN_HEIGHT_U_MM = 50.0, 35.0  # of the edge that is seen of barriers of unknown height
+LOWEST, HIGHEST = (-6.0, -2.0, 0.0, 0.0, -0.1), (3.0, 2.0, 2.0, 2.0, 0.1)  # of a foot: place, slope, light
+FACTOR_MOST = 2.0  # by which the distance of a barrier's two edges may be off before it is fitted
+PROFILE_NOISE = 0.002  # of mean profiles, over full scale
+CORRELATED = 1 / 0.25  # samples a pixel: neighbours have their noise in common
 BANDS = 12  # of rows whose mean profile is fitted
 DARK_PX = 5.0  # from a barrier's edge: surely conveyor
 
@@ -74,6 +78,10 @@ class ConveyorView:
         Height over the conveyor of the barriers' edges that were taken.
     above_plane_mm : float
         Z, height of the camera over them.
+    u_width_px : float
+        Standard uncertainty of the edges' distance in the picture, by their fit.
+    u_height : float
+        Relative standard uncertainty of Z where the barriers' two edges told it.
     """
 
     middle_px: Array
@@ -83,6 +91,8 @@ class ConveyorView:
     spacing_mm: float
     plane_mm: float
     above_plane_mm: float
+    u_width_px: float = 0.0
+    u_height: float = 0.0
 
     def q(self, points_px: Array) -> Array:
         """Slope, seen from the vanishing point, of points (x, y), shape (n, 2)."""
@@ -132,10 +142,11 @@ def conveyor_view(
     view = _of_lines(barriers, barriers.lines, reference, plane_mm, focal_share)
     if reference.barrier_height_mm is None:
         return view
-    for _ in range(3):  # the distance of both edges follows from the height, which follows from the feet
-        top_mm = reference.barrier_height_mm
-        part = 0.5 * top_mm / (view.camera_height_mm - top_mm)
-        view = _of_lines(barriers, _feet(barriers, part), reference, 0.0, focal_share)
+    top_mm = reference.barrier_height_mm
+    feet = _feet(barriers, 0.5 * top_mm / (view.camera_height_mm - top_mm), free=reference.camera_height_mm is None)
+    view = replace(_of_lines(barriers, feet.lines, reference, 0.0, focal_share), u_width_px=feet.u_width_px)
+    if reference.camera_height_mm is None:
+        view = replace(view, above_plane_mm=top_mm * (1 + 0.5 / feet.part), u_height=feet.u_part)
     return view
 
 
@@ -162,33 +173,84 @@ def _of_lines(
     return replace(view, slopes=(float(slopes[0]), float(slopes[1])), above_plane_mm=float(above_mm))
 
 
-def _feet(barriers: Barriers, part: float) -> Array:
-    """Lines of the inner faces' feet, which are `part` of the barriers' distance inside of their upper edges."""
-    return np.array([_foot(barriers, line, side, part) for line, side in zip(barriers.lines, (-1, 1), strict=True)])
+@dataclass(frozen=True, slots=True, eq=False)
+class _Feet:
+    """Lines of the inner faces' feet, `part` of the barriers' distance inside of the upper edges; uncertainties."""
+
+    lines: Array
+    part: float
+    u_width_px: float
+    u_part: float
 
 
-def _foot(barriers: Barriers, line: Array, outwards: int, part: float) -> Array:
-    """Two steps of light, both blurred alike, a known distance apart, fitted to the mean profiles of bands of rows."""
-    rows = np.arange(len(barriers.light), dtype=np.float64)
-    profile = across(barriers.light, line, outwards, rows, SAMPLES_PX)
-    whole = np.isfinite(profile).all(axis=1)
-    rows, profile = rows[whole], profile[whole]
-    profile = profile - profile[:, SAMPLES_PX < -DARK_PX].mean(axis=1, keepdims=True)
-    mean = np.array([band.mean(axis=0) for band in np.array_split(profile, BANDS)])
-    row = np.array([band.mean() for band in np.array_split(rows, BANDS)])
-    apart_px = part * barriers.width_px(row) / np.hypot(1.0, line[0])
-    along = (row - row.mean()) / np.ptp(row)
+def _feet(barriers: Barriers, part: float, *, free: bool) -> _Feet:
+    """Two steps of light a known distance apart, fitted to mean profiles of both barriers, blurred alike by the lens.
+
+    `free` where that distance is only roughly known: the profiles then tell it too.
+    """
+    sides = [_Steps.of(barriers, line, outwards, part) for line, outwards in zip(barriers.lines, (-1, 1), strict=True)]
+    reach = FACTOR_MOST if free else 1 + 1e-9
+    low, high = [1 / reach, 0.5, *LOWEST, *LOWEST], [reach, 5.0, *HIGHEST, *HIGHEST]
+    start = np.clip([1.0, 1.5, *sides[0].start(), *sides[1].start()], low, high)
+    n = len(LOWEST)
 
     def misfit(values: Array) -> Array:
-        place, slope, face, top, blur, level = values
-        at = SAMPLES_PX - (place + slope * along)[:, None]
-        steps = face * special.ndtr(at / blur) + top * special.ndtr((at - apart_px[:, None]) / blur)
-        return (level + steps - mean).ravel()
+        factor, blur_px = values[:2]
+        by_side = zip(sides, values[2:].reshape(2, n), strict=True)
+        known = np.array([PROFILE_NOISE * (factor - 1) / FOCAL_SHARE_U])  # where profiles tell little of it
+        return np.concatenate([*(side.misfit(one, blur_px, factor) for side, one in by_side), known])
 
-    height = float(mean[:, -1].mean())
-    start = [-0.5 * float(apart_px.mean()), 0.0, 0.5 * height, 0.5 * height, 1.5, 0.0]
-    low, high = [-6.0, -2.0, 0.0, 0.0, 0.5, -0.1], [3.0, 2.0, 2.0, 2.0, 5.0, 0.1]
-    place, slope = optimize.least_squares(misfit, np.clip(start, low, high), bounds=(low, high)).x[:2]
-    off = outwards * np.hypot(1.0, line[0])
-    per_row = off * slope / np.ptp(row)
-    return line + np.array([per_row, off * place - per_row * row.mean()])
+    found = optimize.least_squares(misfit, start, bounds=(low, high))
+    lines = np.array([side.line_at(*found.x[2 + n * k : 4 + n * k]) for k, side in enumerate(sides)])
+    scatter = CORRELATED * 2 * found.cost / (found.fun.size - found.x.size)
+    used = slice(0 if free else 1, None)
+    covariance = np.zeros((found.x.size, found.x.size))
+    covariance[used, used] = scatter * np.linalg.pinv(found.jac[:, used].T @ found.jac[:, used])
+    places = [2, 2 + n]
+    factor = float(found.x[0])
+    return _Feet(
+        lines,
+        part * factor,
+        float(np.sqrt(covariance[np.ix_(places, places)].sum())),
+        float(np.sqrt(covariance[0, 0])) / factor,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Steps:
+    """Mean profiles of one barrier in bands of rows, shape (bands, samples), and what is known of them."""
+
+    mean: Array
+    line: Array
+    outwards: int
+    row: Array
+    apart_px: Array
+
+    @classmethod
+    def of(cls, barriers: Barriers, line: Array, outwards: int, part: float) -> "_Steps":
+        rows = np.arange(len(barriers.light), dtype=np.float64)
+        profile = across(barriers.light, line, outwards, rows, SAMPLES_PX)
+        whole = np.isfinite(profile).all(axis=1)
+        rows, profile = rows[whole], profile[whole]
+        profile = profile - profile[:, SAMPLES_PX < -DARK_PX].mean(axis=1, keepdims=True)
+        row = np.array([band.mean() for band in np.array_split(rows, BANDS)])
+        mean = np.array([band.mean(axis=0) for band in np.array_split(profile, BANDS)])
+        return cls(mean, line, outwards, row, part * barriers.width_px(row) / np.hypot(1.0, line[0]))
+
+    def start(self) -> list[float]:
+        height = float(self.mean[:, -1].mean())
+        return [-0.5 * float(self.apart_px.mean()), 0.0, 0.5 * height, 0.5 * height, 0.0]
+
+    def misfit(self, values: Array, blur_px: float, factor: float) -> Array:
+        """Of a foot at a place with a slope, and of the light of face and top."""
+        place, slope, face, top, level = values
+        along = (self.row - self.row.mean()) / np.ptp(self.row)
+        at = SAMPLES_PX - (place + slope * along)[:, None]
+        steps = face * special.ndtr(at / blur_px) + top * special.ndtr((at - factor * self.apart_px[:, None]) / blur_px)
+        return (level + steps - self.mean).ravel()
+
+    def line_at(self, place: float, slope: float) -> Array:
+        """Line column(row) of the foot."""
+        off = self.outwards * np.hypot(1.0, self.line[0])
+        per_row = off * slope / np.ptp(self.row)
+        return self.line + np.array([per_row, off * place - per_row * self.row.mean()])

@@ -6,13 +6,13 @@ by a camera Z above it, sin b = R / d, and d cos a + R = Z, so R = Z sin b / (co
 is 5 mm less than eq. 3.3 says: the fixed error that the source found and compensated.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.calibration.conveyor import BLUR_PX, SAMPLES_PX, Barriers, across, find_barriers, grey_light
+from vision.calibration.conveyor import BLUR_PX, Barriers, across, find_barriers, grey_light
 from vision.calibration.conveyor_view import (
     FOCAL_SHARE,
     FOCAL_SHARE_U,
@@ -35,6 +35,7 @@ BAR_PX = 8  # fewer columns are no bar
 FREE_PX = 9.0  # between the bar and a barrier: less and its edge has no dark side
 COVERED = 0.5  # of the rows, by the bar
 ENDS_ROWS = 4  # at the picture's ends that are not looked at
+PROFILE_PX = np.arange(-9.0, 9.25, 0.25)  # across an edge of the bar, from the conveyor inwards
 WINDOWS = 24
 LEAST_WINDOWS = 0.2
 OFF_LINE_PX = 1.0  # the edge of a window off the bar's straight line: the window is discarded
@@ -150,7 +151,8 @@ class ConveyorGauge:
         changed = {name: float(np.median(diameters_mm(view, *ends))) for name, view in self._views.items()}
         width_px = abs(float(np.mean(ends[1][:, 0] - ends[0][:, 0])))
         edges = diameter_mm * np.sqrt(2) * U_EDGE_PX / width_px
-        ruler = diameter_mm * np.sqrt(2) * U_EDGE_PX / float(self.barriers_px())
+        u_width_px = np.hypot(np.sqrt(2) * U_EDGE_PX, self._views["view"].u_width_px)
+        ruler = diameter_mm * u_width_px / float(self.barriers_px())
         calibration = np.linalg.norm([ruler, U_SPACING * diameter_mm])
         model = np.linalg.norm([edges, *(value - changed["view"] for value in changed.values())])
         return float(calibration), float(model)
@@ -164,7 +166,10 @@ class ConveyorGauge:
 def _views(barriers: Barriers, reference: ConveyorReference) -> dict[str, ConveyorView]:
     """The view, and how it would be if what is assumed were off by a standard uncertainty."""
     views = {"view": conveyor_view(barriers, reference)}
-    if reference.camera_height_mm is None:
+    view = views["view"]
+    if view.u_height > 0:
+        views["height"] = replace(view, above_plane_mm=view.above_plane_mm * (1 + view.u_height))
+    elif reference.camera_height_mm is None:
         views["focal length"] = conveyor_view(barriers, reference, focal_share=FOCAL_SHARE * (1 + FOCAL_SHARE_U))
     if reference.barrier_height_mm is None:
         views["barriers"] = conveyor_view(barriers, reference, edge_mm=UNKNOWN_HEIGHT_MM + UNKNOWN_HEIGHT_U_MM)
@@ -240,7 +245,7 @@ def _limb(light: Plane, spans: NDArray[np.int64], side: int) -> _Limb | None:
 
 def _columns(light: Plane, line: Array, inwards: int, rows: Array) -> tuple[Array, NDArray[np.bool_]]:
     """Column of the edge in each row, and where there is a clear step of light."""
-    crossings = _crossings(across(light, line, inwards, rows, SAMPLES_PX))
+    crossings = _crossings(across(light, line, inwards, rows, PROFILE_PX))
     step = np.nan_to_num(crossings.bright - crossings.dark)
     shows = np.isfinite(crossings.place_px) & (step > STEP_LEAST * np.percentile(step, 90))
     column = line[0] * rows + line[1] + inwards * crossings.place_px * np.hypot(1.0, line[0])
@@ -249,13 +254,13 @@ def _columns(light: Plane, line: Array, inwards: int, rows: Array) -> tuple[Arra
 
 def _crossings(profile: Array) -> Crossings:
     """Half level of an edge of a round bar, which is darker there than further inside."""
-    first = half_level_crossing(profile, SAMPLES_PX, BLUR_PX, expected_px=0.0)
-    blur_px = edge_blur_px(profile, SAMPLES_PX, first.place_px)
+    first = half_level_crossing(profile, PROFILE_PX, BLUR_PX, expected_px=0.0)
+    blur_px = edge_blur_px(profile, PROFILE_PX, first.place_px)
     if not np.isfinite(blur_px):
         return first
-    even = half_level_crossing(profile, SAMPLES_PX, blur_px, expected_px=0.0)
-    shading = edge_shading(profile, SAMPLES_PX, even, blur_px)
-    return half_level_crossing(profile, SAMPLES_PX, blur_px, expected_px=0.0, shading=shading)
+    even = half_level_crossing(profile, PROFILE_PX, blur_px, expected_px=0.0)
+    shading = edge_shading(profile, PROFILE_PX, even, blur_px)
+    return half_level_crossing(profile, PROFILE_PX, blur_px, expected_px=0.0, shading=shading)
 
 
 def _touches(left: _Limb, right: _Limb, barriers: Barriers) -> bool:
