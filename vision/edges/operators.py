@@ -71,7 +71,9 @@ def detect_edges(image: Image, method: EdgeMethod, columns: slice = slice(None))
         raise ValueError(f"method: {method!r} is none of {', '.join(EDGE_METHODS)}")
     image = checked_image(image)
     if method == "forest":
-        return forest_edges(shipped_detector(), image, columns)
+        whole = columns.indices(image.shape[1])[:2] == (0, image.shape[1])
+        # a strip is not worth a second thread: whoever wants several has them looked at side by side
+        return forest_edges(shipped_detector() if whole else shipped_detector(1), image, columns)
     grey = image if image.ndim == 2 else np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.float32)
     whole = canny(grey, *CANNY_PAIR) if method == "canny" else _gradient_edges(grey, method)
     return EdgeMap(whole.strength[:, columns], whole.normal_rad[:, columns])

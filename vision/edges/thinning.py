@@ -23,7 +23,8 @@ def ridge_normals(strength: Floats) -> Floats:
     Returns
     -------
     ndarray of float32, shape (rows, columns)
-        Angle from x towards y, [0, pi), of the direction in which the smoothed strength bends most; 0 where it is flat.
+        Angle from x towards y, [0, pi), of the direction in which the smoothed strength bends most; 0 where it is flat,
+        and where there is no strength.
     """
     triangle = np.bartlett(2 * NORMAL_RADIUS_PX + 3)[1:-1]
     triangle /= triangle.sum()
@@ -32,11 +33,23 @@ def ridge_normals(strength: Floats) -> Floats:
         cv2.Sobel(smooth, cv2.CV_32F, dx, dy, ksize=3, borderType=cv2.BORDER_REPLICATE)
         for dx, dy in ((2, 0), (0, 2), (1, 1))
     )
-    xx, yy, xy = np.asarray(xx), np.asarray(yy), np.asarray(xy)  # Sobel's three masks have the same gain
-    bend = np.where(xx + yy > 0, 1, -1)  # hollow beside a ridge, bulging on it
-    angle = 0.5 * np.arctan2(2 * bend * xy, bend * (xx - yy))
-    folded = np.mod(angle, np.pi).astype(np.float32)
-    return np.where(folded >= np.float32(np.pi), np.float32(0), folded)
+    return _normals(strength, np.asarray(xx), np.asarray(yy), np.asarray(xy))  # Sobel's three masks have the same gain
+
+
+@njit(nogil=True, cache=True)
+def _normals(strength: Floats, xx: Floats, yy: Floats, xy: Floats) -> Floats:
+    rows, columns = strength.shape
+    normal = np.zeros((rows, columns), np.float32)
+    for row in range(rows):
+        for column in range(columns):
+            if strength[row, column] <= 0:
+                continue
+            across, down = xx[row, column], yy[row, column]
+            bend = 1.0 if across + down > 0 else -1.0  # hollow beside a ridge, bulging on it
+            turn = 0.5 * np.arctan2(2 * bend * xy[row, column], bend * (across - down))
+            folded = np.float32(np.mod(turn, np.pi))
+            normal[row, column] = folded if folded < np.float32(np.pi) else np.float32(0)
+    return normal
 
 
 def ridges(strength: Floats, normal_rad: Floats, radius_px: int = RIDGE_RADIUS_PX) -> Floats:

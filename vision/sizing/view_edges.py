@@ -8,6 +8,7 @@ line first, searches only strips along the edges, and may move points to the hal
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from vision.alignment import BarOutline
@@ -165,14 +166,28 @@ def _thin_edges(picture: Picture, rough: Array, hot: NDArray[np.bool_], method: 
 
 def _hot_rows(picture: Picture, rough: tuple[Array, Array]) -> NDArray[np.bool_]:
     """Rows in which most of what lies between the rough edges glows: not beyond a bar's end, not where it is hidden."""
-    rows, columns = picture.shape[:2]
     middle, half = 0.5 * (rough[0] + rough[1]), 0.4 * (rough[1] - rough[0])
-    at = np.arange(rows)[:, None]
     across = np.linspace(-1.0, 1.0, 33)
-    place = middle[0] * at + middle[1] + across * (half[0] * at + half[1])
-    seen = picture[at, np.clip(place, 0, columns - 1).astype(np.int64)]
-    level = np.median(seen if picture.ndim == 2 else seen.max(axis=2), axis=1)
+    level = _middle_levels(picture.reshape(*picture.shape[:2], -1), middle, half, across)
     return level >= HOT_ROW * np.percentile(level, 90)
+
+
+@njit(nogil=True, cache=True)
+def _middle_levels(picture, middle, half, across):  # type: ignore[no-untyped-def]
+    """Median over an odd number of places in each row of the brightest channel there."""
+    rows, columns, channels = picture.shape
+    level = np.empty(rows)
+    seen = np.empty(len(across), np.uint8)
+    for row in range(rows):
+        for k in range(len(across)):
+            place = middle[0] * row + middle[1] + across[k] * (half[0] * row + half[1])
+            column = int(min(max(place, 0.0), columns - 1.0))
+            brightest = picture[row, column, 0]
+            for channel in range(1, channels):
+                brightest = max(brightest, picture[row, column, channel])
+            seen[k] = brightest
+        level[row] = np.sort(seen)[len(across) // 2]
+    return level
 
 
 def _line(edges: ThinEdges, rough: Array) -> Array | None:

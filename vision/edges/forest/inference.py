@@ -53,7 +53,7 @@ class EdgeDetector:
         self.forest = forest
         self._threads = threads
         self._pool = ThreadPoolExecutor(threads, "edges") if threads > 1 else None
-        self._memory = threading.local()
+        self._memory = _Memory()
         self._tables = lru_cache(maxsize=8)(lambda width: _tables(forest, width))
 
     def strength(self, image: Floats) -> Floats:
@@ -136,18 +136,21 @@ class EdgeDetector:
         return outside
 
     def _memory_for(self, width: int, place_rows: int, colours: int) -> tuple[Rings, walk.Workspace]:
-        """Memory for such a part: what this thread used last if it fits."""
+        """Memory for such a part: what this thread used lately if it fits."""
         place_rows = 32 * -(-place_rows // 32)  # so that it fits the next part too, which has a few rows more or less
-        key = (width, place_rows, colours)
-        if getattr(self._memory, "key", None) != key:
-            self._memory.rings = new_rings(width, colours)
-            self._memory.work = _workspace(width, place_rows)
-            self._memory.key = key
-        return self._memory.rings, self._memory.work
+        stride = 32 * (-(-(width - 16) // 32)) + 16  # an odd number of cache lines: rows do not displace each other
+        return self._memory.rings(width, colours), self._memory.workspace(stride, place_rows)
 
 
-def _workspace(width: int, place_rows: int) -> walk.Workspace:
-    stride = 32 * (-(-(width - 16) // 32)) + 16  # an odd number of cache lines: rows do not displace each other
+class _Memory(threading.local):
+    """What one thread used lately: strips along both edges of a bar take turns and differ by a few columns."""
+
+    def __init__(self):
+        self.rings = lru_cache(maxsize=4)(new_rings)
+        self.workspace = lru_cache(maxsize=2)(_workspace)
+
+
+def _workspace(stride: int, place_rows: int) -> walk.Workspace:
     at_once = max(walk.PLACE_ROWS, CELLS_AT_ONCE // (channels.PLANES * stride) // walk.PLACE_ROWS * walk.PLACE_ROWS)
     return walk.Workspace(
         cells=np.zeros((min(place_rows, at_once) + OVERLAP, channels.PLANES, stride), np.float32),
@@ -202,6 +205,6 @@ def _tables(forest: StructuredForest, width: int) -> walk.Tables:
 
 
 @cache
-def shipped_detector() -> EdgeDetector:
+def shipped_detector(threads: int = 2) -> EdgeDetector:
     """The detector with the forest that comes with Hotgauge, made once."""
-    return EdgeDetector(shipped_forest())
+    return EdgeDetector(shipped_forest(), threads)
