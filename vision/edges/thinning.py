@@ -33,7 +33,8 @@ def ridge_normals(strength: Floats) -> Floats:
         cv2.Sobel(smooth, cv2.CV_32F, dx, dy, ksize=3, borderType=cv2.BORDER_REPLICATE)
         for dx, dy in ((2, 0), (0, 2), (1, 1))
     )
-    return _normals(strength, np.asarray(xx), np.asarray(yy), np.asarray(xy))  # Sobel's three masks have the same gain
+    xx, yy, xy = (np.asarray(part, np.float32) for part in (xx, yy, xy))  # Sobel's three masks have the same gain
+    return _normals(strength, xx, yy, xy)
 
 
 @njit(nogil=True, cache=True)
