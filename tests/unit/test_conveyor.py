@@ -45,7 +45,7 @@ def drawn_barriers(camera, spacing_mm, height_mm=0.0):
         slope = (pixels[1, 0] - pixels[0, 0]) / (pixels[1, 1] - pixels[0, 1])
         lines.append([slope, pixels[0, 0] - slope * pixels[0, 1]])
     columns, rows = camera.image_size
-    return Barriers(np.array(lines), np.zeros((rows, columns), np.float32), 0.0, (np.empty((0, 2)), np.empty((0, 2))))
+    return Barriers(np.array(lines), np.zeros((rows, columns), np.float32))
 
 
 @pytest.mark.parametrize("roll_deg", [0.0, 3.0])

@@ -48,16 +48,10 @@ class Barriers:
         Slope and start of column(row) of the left and of the right edge.
     light : ndarray of float32, shape (rows, columns)
         The empty line, 0 to 1.
-    straight_px : float
-        Root mean square by which the worse edge leaves its line.
-    edge_pixels : tuple of two ndarray of float64, shape (n, 2)
-        Pixels (column, row) of thin forest edges inside the mask, left and right.
     """
 
     lines: Array
     light: Plane
-    straight_px: float
-    edge_pixels: tuple[Array, Array]
 
     def columns(self, row: Array) -> Array:
         """Columns of both edges, shape (n, 2), in rows (n,)."""
@@ -115,7 +109,7 @@ def find_barriers(light: Plane) -> Barriers | Reason:
         straight_px = max(straight_px, found[1])
     if straight_px > BENT_PX:
         return Reason.BARRIER_BENT
-    return Barriers(np.array(lines), light, straight_px, (pair[0].pixels, pair[1].pixels))
+    return Barriers(np.array(lines), light)
 
 
 def across(light: Plane, line: Array, outwards: int, rows: Array, offsets_px: Array) -> Array:

@@ -163,14 +163,15 @@ def _of_lines(
     vanishing = float(_turned(off[None], turn)[0, 1])
     view = ConveyorView(middle, turn, vanishing, (0.0, 1.0), reference.spacing_mm, plane_mm, 1.0)
     at = np.array([[m * middle[1] + c, middle[1]] for m, c in lines])
-    slopes = view.q(at)
+    q1, q2 = view.q(at).tolist()
+    view = replace(view, slopes=(q1, q2))
     if reference.camera_height_mm is not None:
         above_mm = reference.camera_height_mm - plane_mm
     else:
         focal = focal_share * columns
-        width_px = abs(slopes[1] - slopes[0]) * abs(vanishing)
+        width_px = abs((q2 - q1) * vanishing)
         above_mm = reference.spacing_mm / width_px * focal * abs(vanishing) / float(np.hypot(vanishing, focal))
-    return replace(view, slopes=(float(slopes[0]), float(slopes[1])), above_plane_mm=float(above_mm))
+    return replace(view, above_plane_mm=float(above_mm))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

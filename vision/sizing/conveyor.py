@@ -75,12 +75,12 @@ class ConveyorGauge:
         if not empty or len({picture.shape[:2] for picture in empty}) != 1:
             raise ValueError("empty: at least one picture of the empty line is wanted, all of one size")
         self._empty: Plane = np.asarray(np.mean([grey_light(picture) for picture in empty], axis=0), np.float32)
-        self._reference = reference
         self._compensation_mm = compensation_mm
         self.barriers = find_barriers(self._empty)
         self._views: dict[str, ConveyorView] = {}
         if isinstance(self.barriers, Barriers):
             self._views = _views(self.barriers, reference)
+            self._barriers_px = float(self.barriers.width_px(np.array([len(self._empty) / 2]))[0])
 
     def measure(self, picture: NDArray[np.uint8]) -> SizeReading:
         """Diameter of the bar in a picture.
@@ -151,16 +151,11 @@ class ConveyorGauge:
         changed = {name: float(np.median(diameters_mm(view, *ends))) for name, view in self._views.items()}
         width_px = abs(float(np.mean(ends[1][:, 0] - ends[0][:, 0])))
         edges = diameter_mm * np.sqrt(2) * U_EDGE_PX / width_px
-        u_width_px = np.hypot(np.sqrt(2) * U_EDGE_PX, self._views["view"].u_width_px)
-        ruler = diameter_mm * u_width_px / float(self.barriers_px())
+        view = self._views["view"]
+        ruler = diameter_mm * np.hypot(np.sqrt(2) * U_EDGE_PX, view.u_width_px) / self._barriers_px
         calibration = np.linalg.norm([ruler, U_SPACING * diameter_mm])
         model = np.linalg.norm([edges, *(value - changed["view"] for value in changed.values())])
         return float(calibration), float(model)
-
-    def barriers_px(self) -> float:
-        """Distance of the barriers in the picture's middle row, pixels."""
-        assert isinstance(self.barriers, Barriers)  # noqa: S101  only asked once they are found
-        return float(self.barriers.width_px(np.array([len(self._empty) / 2]))[0])
 
 
 def _views(barriers: Barriers, reference: ConveyorReference) -> dict[str, ConveyorView]:
