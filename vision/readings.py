@@ -13,7 +13,7 @@ from typing import NamedTuple
 class Reason(enum.IntFlag):
     """Reason flags of a reading; the bit values stand in the PLC's `reason_word` and never change meaning.
 
-    The low 16 bits forbid a value, and so do the last two; bits 16 to 28 only lower the trust in it.
+    The low 16 bits forbid a value, the high 16 bits only lower the trust in it or say more.
     """
 
     NONE = 0
@@ -97,8 +97,8 @@ REASONS: tuple[ReasonRow, ...] = (
     ReasonRow(Reason.LIMB_HIDDEN, False, "one of the four limbs is hidden; three are measured"),
     ReasonRow(Reason.BAR_HEAD, False, "the bar's head lies in the measuring region"),
     ReasonRow(Reason.BAR_TAIL, False, "the bar's tail lies in the measuring region"),
-    ReasonRow(Reason.BARRIER_HIDDEN, True, "a barrier of the conveyor is not found, or is hidden along a part of it"),
-    ReasonRow(Reason.BARRIER_BENT, True, "a barrier of the conveyor is not straight in the picture"),
+    ReasonRow(Reason.BARRIER_HIDDEN, False, "a barrier of the conveyor is not found, or is hidden along a part of it"),
+    ReasonRow(Reason.BARRIER_BENT, False, "a barrier of the conveyor is not straight in the picture"),
 )
 
 

@@ -93,8 +93,8 @@ class ConveyorGauge:
         Returns
         -------
         SizeReading
-            Without a value: `barrier_hidden`, `barrier_bent`, `no_bar`, `several_bars`, `bar_too_short`,
-            `edge_not_found`, `edges_clipped`, `no_windows`.
+            Without a value: `edge_not_found` (with `barrier_hidden` or `barrier_bent` when it is a barrier's), `no_bar`,
+            `several_bars`, `bar_too_short`, `edges_clipped`, `no_windows`.
 
         Raises
         ------
@@ -104,7 +104,7 @@ class ConveyorGauge:
         if picture.shape[:2] != self._empty.shape:
             raise ValueError(f"picture: {picture.shape[:2]} rows and columns, the empty line has {self._empty.shape}")
         if not isinstance(self.barriers, Barriers):
-            return _nothing(self.barriers)
+            return _nothing(Reason.EDGE_NOT_FOUND | self.barriers)
         light = grey_light(picture)
         spans = bar_spans(light, self._empty)
         if isinstance(spans, Reason):
