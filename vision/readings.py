@@ -97,7 +97,7 @@ REASONS: tuple[ReasonRow, ...] = (
     ReasonRow(Reason.LIMB_HIDDEN, False, "one of the four limbs is hidden; three are measured"),
     ReasonRow(Reason.BAR_HEAD, False, "the bar's head lies in the measuring region"),
     ReasonRow(Reason.BAR_TAIL, False, "the bar's tail lies in the measuring region"),
-    ReasonRow(Reason.BARRIER_HIDDEN, False, "a barrier of the conveyor is not found, or is hidden along a part of it"),
+    ReasonRow(Reason.BARRIER_HIDDEN, False, "a barrier of the conveyor is not found, or partly hidden"),
     ReasonRow(Reason.BARRIER_BENT, False, "a barrier of the conveyor is not straight in the picture"),
 )
 
