@@ -93,8 +93,8 @@ class ConveyorGauge:
         Returns
         -------
         SizeReading
-            Without a value: `edge_not_found` (with `barrier_hidden` or `barrier_bent` when it is a barrier's), `no_bar`,
-            `several_bars`, `bar_too_short`, `edges_clipped`, `no_windows`.
+            Without a value: `edge_not_found` (with `barrier_hidden` or `barrier_bent` where it is a barrier's),
+            `no_bar`, `several_bars`, `bar_too_short`, `edges_clipped`, `no_windows`.
 
         Raises
         ------
