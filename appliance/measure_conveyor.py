@@ -46,17 +46,17 @@ def measure_conveyor(
     ------
     CameraError
         The recording or the background is missing or cannot be read, or they differ in size.
+    ValueError
+        The compensation is not finite.
     OSError
         `output` cannot be written.
     """
     frames = PictureRecording(recording)
-    empty = [_background(background)] if background is not None else darkest(frames)
+    empty = darkest(frames) if background is None else [_background(background, frames)]
     gauge = ConveyorGauge(empty, reference, compensation_mm)
     with whole_file(output) as file:
         write = row_writer(output, file)
         for frame, picture in tqdm(frames, unit="frame", total=len(frames), disable=None):
-            if picture.shape[:2] != empty[0].shape[:2]:
-                raise CameraError(f"{background}: another size than the recording; give a picture of this camera")
             started_s = time.perf_counter()
             reading = gauge.measure(picture)
             write(row(frame, reading, 1000 * (time.perf_counter() - started_s)))
@@ -70,7 +70,10 @@ def darkest(frames: PictureRecording) -> list[Picture]:
     return [found[1] for found in pictures if found is not None]
 
 
-def _background(path: Path) -> Picture:
+def _background(path: Path, frames: PictureRecording) -> Picture:
     if not path.is_file():
         raise CameraError(f"{path}: no such picture; give a picture of the empty line")
-    return read_picture(path)
+    picture, first = read_picture(path), frames.read(0)
+    if first is not None and picture.shape[:2] != first[1].shape[:2]:
+        raise CameraError(f"{path}: another size than the recording's pictures; give a picture of this camera")
+    return picture

@@ -1,6 +1,7 @@
 """Commands that read pictures: calibrate, measure, orient, fuse."""
 
 import argparse
+import math
 from pathlib import Path
 
 from appliance import settings as settings_file
@@ -43,6 +44,8 @@ def _run_conveyor(given: argparse.Namespace) -> None:
             raise CommandError(f"--{option}: the conveyor method has none; leave it out")
     if given.barrier_mm is None:
         raise CommandError("--barrier-mm: the distance of the barriers' inner faces is the ruler; give it in mm")
+    if not math.isfinite(given.compensation_mm or 0.0):
+        raise CommandError(f"--compensation-mm: {given.compensation_mm} is no number of millimetres")
     try:
         reference = ConveyorReference(given.barrier_mm, given.barrier_height_mm, given.camera_height_mm)
     except ValueError as error:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from appliance.mill.thermal import random_thermal_line
+from vision.calibration.conveyor import Barriers
 from vision.calibration.conveyor_view import ConveyorReference
 from vision.sizing.conveyor import ConveyorGauge
 from vision.sizing.conveyor_experiments import EXPERIMENTS, experiment
@@ -44,7 +45,7 @@ def run(case):
         if reading.valid:
             error, expanded = reading.diameter_mm - truth_mm, reading.expanded_uncertainty_mm
             result[name] |= {"error_mm": round(error, 4), "expanded_mm": round(expanded, 4)}
-    if not hasattr(gauge.barriers, "lines"):
+    if not isinstance(gauge.barriers, Barriers):
         return result
     for number in EXPERIMENTS:
         for way in ("averaged", "fitted") if number in {2, 4} else ("averaged",):

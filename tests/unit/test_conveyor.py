@@ -148,6 +148,10 @@ def test_wrong_calls_are_named():
         ConveyorReference(-1.0)
     with pytest.raises(ValueError, match="camera_height_mm"):
         ConveyorReference(500.0, 100.0, 150.0)
+    with pytest.raises(ValueError, match="barrier_height_mm"):
+        ConveyorReference(100.0, 500.0)
+    with pytest.raises(ValueError, match="compensation_mm"):
+        ConveyorGauge(pictures, ConveyorReference(500.0), np.nan)
     with pytest.raises(ValueError, match="empty"):
         ConveyorGauge([], ConveyorReference(500.0))
     with pytest.raises(ValueError, match="picture"):
@@ -186,6 +190,24 @@ def test_a_compensation_is_added_when_asked_for(recording, tmp_path):
     assert found[1] - found[0] == pytest.approx(-2.5)
 
 
+@pytest.mark.parametrize("offsets_mm", [(0.0, 0.0, 0.0), (-40.0, 0.0, 40.0), (0.0, 3.0, 30.0)])
+def test_a_recording_without_an_empty_frame_gives_no_value(tmp_path, offsets_mm):
+    for number, offset_mm in enumerate(offsets_mm):
+        picture = line_of(bar=replace(BAR, offset_mm=offset_mm), seed=number).pictures(0, 1)[0]
+        (tmp_path / "recording").mkdir(exist_ok=True)
+        cv2.imwrite(str(tmp_path / "recording" / f"{number:06}.png"), picture)
+    assert command(tmp_path / "recording", tmp_path / "out.jsonl", "--barrier-mm", 500, "--barrier-height-mm", 100) == 0
+    assert not any(json.loads(text)["valid"] for text in (tmp_path / "out.jsonl").read_text().splitlines())
+
+
+def test_a_background_of_another_size_is_refused(recording, tmp_path, capsys):
+    cv2.imwrite(str(tmp_path / "small.png"), np.zeros((100, 100), np.uint8))
+    output = tmp_path / "out.jsonl"
+    assert command(recording, output, "--barrier-mm", 500, "--background", tmp_path / "small.png") == 2
+    assert "small.png" in capsys.readouterr().err
+    assert not output.exists()
+
+
 @pytest.mark.parametrize(
     ("more", "named"),
     [
@@ -193,6 +215,7 @@ def test_a_compensation_is_added_when_asked_for(recording, tmp_path):
         (("--barrier-mm", 0), "lengths above 0"),
         (("--barrier-mm", 500, "--rig", "rig.json"), "--rig"),
         (("--barrier-mm", 500, "--background", "absent.png"), "absent.png"),
+        (("--barrier-mm", 500, "--compensation-mm", "nan"), "--compensation-mm"),
     ],
 )
 def test_what_cannot_be_done_is_one_sentence(recording, tmp_path, capsys, more, named):

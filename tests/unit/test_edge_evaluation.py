@@ -1,5 +1,7 @@
 import numpy as np
 import pytest
+from scipy import sparse
+from scipy.sparse.csgraph import maximum_bipartite_matching
 
 from vision.edges.evaluation import THRESHOLDS, boundary_counts, boundary_scores, limb_rows, matched
 
@@ -42,6 +44,18 @@ def test_greedy_pairs_would_lose_a_partner_that_the_matching_finds():
     other[0, [0, 5]] = True
     of_one, of_other = matched(one, other, 3.0)
     assert of_one.sum() == of_other.sum() == 2
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_as_many_find_a_partner_as_with_another_algorithm(seed):
+    one, other = np.random.default_rng(seed).random((2, 40, 50)) < 0.15
+    places = [np.argwhere(mask) for mask in (one, other)]
+    near = np.linalg.norm(places[0][:, None] - places[1], axis=2) <= 2.5
+    partners = maximum_bipartite_matching(sparse.csr_array(near), perm_type="column")
+    of_one, of_other = matched(one, other, 2.5)
+    assert of_one.sum() == of_other.sum() == np.count_nonzero(partners >= 0)
+    assert not (of_one & ~one).any()
+    assert not (of_other & ~other).any()
 
 
 def test_an_edge_that_one_person_saw_is_right_and_each_persons_boundary_is_wanted():

@@ -14,7 +14,7 @@ from scipy import ndimage
 
 from vision.edges.binary import EVERY_EDGE, binarised, denoised
 from vision.edges.operators import detect_edges
-from vision.edges.subpixel import half_level_crossing
+from vision.edges.subpixel import Crossings, half_level_crossing
 from vision.edges.thinning import ridges
 from vision.readings import Reason
 from vision.sizing.robust_line import robust_line
@@ -68,11 +68,10 @@ class Barriers:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Edge:
-    """A straight edge: column(row), how many of the rows have it, and on which side it is brighter."""
+    """A straight edge: column(row), the mean of its rows, and on which side it is brighter."""
 
     line: Array
-    pixels: Array
-    share: float
+    row: float
     brighter: int
 
 
@@ -176,17 +175,15 @@ def _most_voted(row: NDArray[np.int64], column: NDArray[np.int64], shape: tuple[
 def _edge(light: Plane, row: NDArray[np.int64], column: NDArray[np.int64]) -> _Edge:
     line = robust_line(row.astype(np.float64), column.astype(np.float64))
     near = np.abs(column - line[0] * row - line[1]) <= NEAR_PX
-    rows = np.unique(row[near])
-    levels = across(light, line, 1, rows.astype(np.float64), np.array([-SIDE_PX, SIDE_PX]))
+    rows = np.unique(row[near]).astype(np.float64)
+    levels = across(light, line, 1, rows, np.array([-SIDE_PX, SIDE_PX]))
     step = np.nanmedian(np.diff(levels, axis=1)) if np.isfinite(levels).all(axis=1).any() else 0.0
-    return _Edge(
-        line, np.column_stack([column[near], row[near]]).astype(float), len(rows) / len(light), int(np.sign(step))
-    )
+    return _Edge(line, float(row[near].mean()), int(np.sign(step)))
 
 
 def _inner_pair(edges: list[_Edge]) -> tuple[_Edge, _Edge] | None:
     """Neighbours with the widest dark strip between them."""
-    middle = max((edge.pixels[:, 1].mean() for edge in edges), default=0.0)
+    middle = max((edge.row for edge in edges), default=0.0)
     ordered = sorted(edges, key=lambda edge: edge.line[0] * middle + edge.line[1])
     pairs: list[float] = [
         float((right.line - left.line) @ [middle, 1.0]) if (left.brighter, right.brighter) == (-1, 1) else -np.inf
@@ -213,9 +210,28 @@ def _at_half_level(light: Plane, line: Array, outwards: int) -> tuple[Array, flo
 
 
 def _columns(light: Plane, line: Array, outwards: int, rows: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Column of half level in each row, and where there is a clear step of light."""
     profile = across(light, line, outwards, rows, SAMPLES_PX)
     crossings = half_level_crossing(profile, SAMPLES_PX, BLUR_PX, expected_px=0.0)
+    return crossed_columns(crossings, line, outwards, rows)
+
+
+def crossed_columns(crossings: Crossings, line: Array, outwards: int, rows: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Column of half level in each row, and where there is a clear step of light.
+
+    Parameters
+    ----------
+    crossings : Crossings
+        On profiles of `across`.
+    line : ndarray of float64, shape (2,)
+    outwards : int
+    rows : ndarray of float64, shape (n,)
+        As given to `across`.
+
+    Returns
+    -------
+    column : ndarray of float64, shape (n,)
+    shows : ndarray of bool, shape (n,)
+    """
     step = np.nan_to_num(np.where(np.isfinite(crossings.place_px), crossings.bright - crossings.dark, 0.0))
     shows = step > SHOWS * np.percentile(step, 90) if len(step) else np.zeros(0, dtype=np.bool_)
     return line[0] * rows + line[1] + outwards * crossings.place_px * np.hypot(1.0, line[0]), shows

@@ -43,7 +43,8 @@ class ConveyorReference:
     Raises
     ------
     ValueError
-        A length is not positive and finite, or the camera is not above the barriers.
+        A length is not positive and finite, the barriers are higher than their distance, or the camera does not hang
+        above them.
     """
 
     spacing_mm: float
@@ -54,6 +55,8 @@ class ConveyorReference:
         lengths = (self.spacing_mm, self.barrier_height_mm, self.camera_height_mm)
         if not all(length is None or 0 < length < np.inf for length in lengths):
             raise ValueError("spacing_mm, barrier_height_mm and camera_height_mm: lengths above 0 are wanted")
+        if self.barrier_height_mm is not None and self.barrier_height_mm >= self.spacing_mm:
+            raise ValueError("barrier_height_mm: barriers are lower than their distance, spacing_mm; are they swapped?")
         if self.camera_height_mm is not None and self.camera_height_mm <= 2 * (self.barrier_height_mm or 0.0):
             raise ValueError("camera_height_mm: the camera must hang well above the barriers")
 

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.calibration.conveyor import BLUR_PX, Barriers, across, find_barriers, grey_light
+from vision.calibration.conveyor import BLUR_PX, Barriers, across, crossed_columns, find_barriers, grey_light
 from vision.calibration.conveyor_view import (
     FOCAL_SHARE,
     FOCAL_SHARE_U,
@@ -22,7 +22,7 @@ from vision.calibration.conveyor_view import (
     ConveyorView,
     conveyor_view,
 )
-from vision.edges.subpixel import Crossings, edge_blur_px, edge_shading, half_level_crossing
+from vision.edges.shaded import shaded_crossings
 from vision.readings import Reason, SizeReading
 from vision.sizing.robust_line import robust_line
 
@@ -39,7 +39,6 @@ PROFILE_PX = np.arange(-9.0, 9.25, 0.25)  # across an edge of the bar, from the 
 WINDOWS = 24
 LEAST_WINDOWS = 0.2
 OFF_LINE_PX = 1.0  # the edge of a window off the bar's straight line: the window is discarded
-STEP_LEAST = 0.4  # of a clear row's step of light
 U_EDGE_PX = 0.02  # of a whole limb or barrier: blur and halo that are not alike on both sides
 U_SPACING = 0.0005  # of W, relative
 CLIPPED = 0.98
@@ -66,7 +65,7 @@ class ConveyorGauge:
     Raises
     ------
     ValueError
-        There is no picture, or pictures differ in size.
+        There is no picture, or pictures differ in size; the compensation is not finite.
     """
 
     def __init__(
@@ -74,6 +73,8 @@ class ConveyorGauge:
     ) -> None:
         if not empty or len({picture.shape[:2] for picture in empty}) != 1:
             raise ValueError("empty: at least one picture of the empty line is wanted, all of one size")
+        if not np.isfinite(compensation_mm):
+            raise ValueError(f"compensation_mm is {compensation_mm}; a number of millimetres is wanted")
         self._empty: Plane = np.asarray(np.mean([grey_light(picture) for picture in empty], axis=0), np.float32)
         self._compensation_mm = compensation_mm
         self.barriers = find_barriers(self._empty)
@@ -240,22 +241,10 @@ def _limb(light: Plane, spans: NDArray[np.int64], side: int) -> _Limb | None:
 
 def _columns(light: Plane, line: Array, inwards: int, rows: Array) -> tuple[Array, NDArray[np.bool_]]:
     """Column of the edge in each row, and where there is a clear step of light."""
-    crossings = _crossings(across(light, line, inwards, rows, PROFILE_PX))
-    step = np.nan_to_num(crossings.bright - crossings.dark)
-    shows = np.isfinite(crossings.place_px) & (step > STEP_LEAST * np.percentile(step, 90))
-    column = line[0] * rows + line[1] + inwards * crossings.place_px * np.hypot(1.0, line[0])
-    return column, shows
-
-
-def _crossings(profile: Array) -> Crossings:
-    """Half level of an edge of a round bar, which is darker there than further inside."""
-    first = half_level_crossing(profile, PROFILE_PX, BLUR_PX, expected_px=0.0)
-    blur_px = edge_blur_px(profile, PROFILE_PX, first.place_px)
-    if not np.isfinite(blur_px):
-        return first
-    even = half_level_crossing(profile, PROFILE_PX, blur_px, expected_px=0.0)
-    shading = edge_shading(profile, PROFILE_PX, even, blur_px)
-    return half_level_crossing(profile, PROFILE_PX, blur_px, expected_px=0.0, shading=shading)
+    found = shaded_crossings(across(light, line, inwards, rows, PROFILE_PX), PROFILE_PX, BLUR_PX)
+    if found is None:
+        return np.full(len(rows), np.nan), np.zeros(len(rows), dtype=np.bool_)
+    return crossed_columns(found.crossings, line, inwards, rows)
 
 
 def _touches(left: _Limb, right: _Limb, barriers: Barriers) -> bool:

@@ -11,13 +11,8 @@ from numpy.typing import NDArray
 
 from vision.calibration.rig import Camera
 from vision.edges.profiles import sample_profiles
-from vision.edges.subpixel import (
-    edge_blur_px,
-    edge_shading,
-    even_profiles,
-    fitted_edges,
-    half_level_crossing,
-)
+from vision.edges.shaded import shaded_crossings
+from vision.edges.subpixel import even_profiles, fitted_edges, half_level_crossing
 from vision.sizing.region import PLANE_HEIGHT_MM
 from vision.sizing.rough import consensus_line
 
@@ -180,13 +175,10 @@ class LimbFinder:
         return min(tried, key=lambda limb: limb.clipped_share)
 
     def _points(self, profile: Array, point: Array, normal: Array, y_mm: Array, side: int) -> LimbPoints:
-        first = half_level_crossing(profile, REFINE, FIRST_BLUR_PX, expected_px=0.0)
-        blur_px = edge_blur_px(profile, REFINE, first.place_px)
-        if not np.isfinite(blur_px):
+        shaded = shaded_crossings(profile, REFINE, FIRST_BLUR_PX)
+        if shaded is None:
             return self._nothing(side, len(y_mm))
-        unshaded = half_level_crossing(profile, REFINE, blur_px, expected_px=0.0)
-        shading = edge_shading(profile, REFINE, unshaded, blur_px)
-        crossings = half_level_crossing(profile, REFINE, blur_px, expected_px=0.0, shading=shading)
+        crossings, blur_px = shaded.crossings, shaded.blur_px
         even = even_profiles(profile, REFINE, crossings, blur_px)
         if not even.size:
             return self._nothing(side, len(y_mm))
@@ -206,7 +198,7 @@ class LimbFinder:
             dark=crossings.dark[kept],
             bright=bright[kept],
             blur_px=blur_px,
-            shading_px=float(np.nanmedian((crossings.place_px - unshaded.place_px)[kept])),
+            shading_px=float(np.nanmedian((crossings.place_px - shaded.unshaded_px)[kept])),
             uneven_share=uneven_share,
             clipped_share=share,
             tried=len(y_mm),
