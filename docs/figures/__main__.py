@@ -56,7 +56,10 @@ def limb_profiles(pair, rig):
     for view, (camera, picture) in enumerate(zip((rig.left, rig.right), pair, strict=True)):
         outline = RegionGrid(camera, rig.region_y_mm).bars(picture, decode)[0]
         finder = LimbFinder(view, camera, decode, rig.region_y_mm)
-        limbs = [finder.locate(picture, outline.left, -1), finder.locate(picture, outline.right, +1)]
+        limbs = [
+            finder.finely(picture, finder.roughly(picture, line, side).line, side, rig.region_y_mm)
+            for line, side in ((outline.left, -1), (outline.right, +1))
+        ]
         middle = 0.5 * (limbs[0].point_px.mean(axis=0) + limbs[1].point_px.mean(axis=0))
         for limb in limbs:
             along = np.linalg.svd(limb.point_px - limb.point_px.mean(axis=0))[2][0]
