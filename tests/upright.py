@@ -26,14 +26,19 @@ class Axis(NamedTuple):
 
 @dataclass(frozen=True)
 class Upright:
-    """`image`: float32 grey, (rows, columns); `limbs_px`: columns of the left and right limb in the `JUDGED` rows."""
+    """The measuring region, one pixel to a pixel.
 
-    image: np.ndarray
+    `colour`: float32 RGB, (rows, columns, 3); `grey`: its brightest channel that is not clipped; `limbs_px`: columns of
+    the left and right limb in the `JUDGED` rows.
+    """
+
+    colour: np.ndarray
+    grey: np.ndarray
     limbs_px: np.ndarray
 
 
 def upright(picture, camera: TrueCamera, axis: Axis, region_y_mm) -> Upright:
-    """The brightest channel that is not clipped, around the measuring region, one pixel to a pixel."""
+    """A picture, BGR, around the measuring region of a bar."""
     nearer, further = camera.project(axis.point_mm + np.outer(region_y_mm, axis.direction))
     along = (nearer - further) / np.linalg.norm(nearer - further)
     across = np.array([-along[1], along[0]]) * -1
@@ -45,14 +50,15 @@ def upright(picture, camera: TrueCamera, axis: Axis, region_y_mm) -> Upright:
     places = np.clip(places, 0, np.array(camera.image_size) - 1)
     unclipped = [channel for channel in range(3) if np.mean(picture[..., channel] >= 254) < CLIPPED]
     channel = max(unclipped, key=lambda channel: picture[..., channel].mean())
-    image = cv2.remap(picture[..., channel], *np.moveaxis(places.astype(np.float32), -1, 0), cv2.INTER_LINEAR)
+    image = cv2.remap(picture, *np.moveaxis(places.astype(np.float32), -1, 0), cv2.INTER_LINEAR).astype(np.float32) / 255
     coarse = places[:, ::COARSE_PX]
     passing = _passing_mm(camera, coarse, axis)
     columns = np.arange(places.shape[1])[::COARSE_PX].astype(float)
     if passing[0, 0] > passing[0, -1]:
         passing = -passing
     limbs = [[np.interp(side * axis.radius_mm, row, columns) for row in passing] for side in (-1, 1)]
-    return Upright(image.astype(np.float32) / 255, np.array(limbs)[:, JUDGED])
+    colour = np.ascontiguousarray(image[..., ::-1])
+    return Upright(colour, image[..., channel].copy(), np.array(limbs)[:, JUDGED])
 
 
 def _passing_mm(camera, places, axis):

@@ -10,13 +10,14 @@ import upright
 
 from appliance.mill.scenes import set_up
 from vision.edges.evaluation import limb_rows
-from vision.edges.operators import EDGE_METHODS, EdgeMap, canny, detect_edges
+from vision.edges.operators import EDGE_METHODS, EdgeMap, canny, detect_edges, grey_of
 from vision.edges.thinning import ridges
 
 TEXT = (
     "Both pictures of scenes that no forest was trained on, each with its own rig, and of the recording line_a, whose "
-    "truth is used for turning and judging only: the brightest channel that is not clipped, around the measuring "
-    "region, bar upright, edges suppressed along their own normals. `dim` is `clean` at a quarter of the exposure. "
+    "truth is used for turning and judging only: the measuring region, bar upright, in colour, which the classical "
+    "operators take as grey, and its brightest channel that is not clipped (`grey`); edges suppressed along their own "
+    "normals. `dim` is `clean` at a quarter of the exposure. "
     "Counted at each of THRESHOLDS: limb rows with an edge within 1 px and within 3 px of the limb, and rows with an "
     "edge inside the bar further than 3 px from both limbs. A method's one threshold for all scenes is the highest at "
     "which 99 % of all limb rows have an edge within 3 px. Canny's threshold is the higher one of its pair, the lower "
@@ -24,6 +25,7 @@ TEXT = (
 )
 CONDITIONS = ("clean", "scale", "rollers", "haze", "overexposed", "dim")
 DIM = 0.25
+PICTURES = ("colour", "grey")
 SEEDS = 10
 RECORDED = tuple(f"s{n}_{kind}" for n, kind in enumerate(("clean", "scale") * 4, start=1))
 RECORDINGS = Path(os.environ.get("HOTGAUGE_RECORDINGS", Path(__file__).parents[3] / "shared" / "recordings"))
@@ -34,7 +36,11 @@ WANTED_FOUND = 0.99
 def cases():
     rendered = [(name, seed, side) for seed in range(SEEDS) for name in CONDITIONS for side in ("left", "right")]
     recorded = [(name, frame, side) for name in RECORDED for frame in range(2) for side in ("left", "right")]
-    return [{"scene": scene, "number": number, "side": side} for scene, number, side in rendered + recorded]
+    return [
+        {"scene": scene, "number": number, "side": side, "picture": picture}
+        for scene, number, side in rendered + recorded
+        for picture in PICTURES
+    ]
 
 
 def run(case):
@@ -42,8 +48,9 @@ def run(case):
         bar = upright.recorded(RECORDINGS / "line_a", case["scene"], case["number"], case["side"])
     else:
         bar = upright.rendered(*_drawn(case["scene"], case["number"]), case["side"])
+    image = getattr(bar, case["picture"])
     return {"rows_in_all": bar.limbs_px.shape[1]} | {
-        method: _judged(bar, edges(bar.image, method)) for method in EDGE_METHODS
+        method: _judged(bar, edges(image, method)) for method in EDGE_METHODS
     }
 
 
@@ -59,7 +66,8 @@ def edges(image, method):
     """Edges of any strength: Canny's are as strong as the highest threshold that they pass."""
     if method != "canny":
         return detect_edges(image, method)
-    steps = [canny(image, 0.4 * high, high) for high in THRESHOLDS]
+    grey = grey_of(image)
+    steps = [canny(grey, 0.4 * high, high) for high in THRESHOLDS]
     passed = np.max([high * step.strength for high, step in zip(THRESHOLDS, steps, strict=True)], axis=0)
     return EdgeMap(passed.astype(np.float32), steps[0].normal_rad)
 
@@ -79,6 +87,10 @@ def _judged(bar, found_edges):
 
 
 def summary(rows):
+    return {picture: _of_picture([row for row in rows if row["picture"] == picture]) for picture in PICTURES}
+
+
+def _of_picture(rows):
     told = {}
     for method in EDGE_METHODS:
         near = np.sum([row[method]["near"] for row in rows], axis=0) / (2 * sum(row["rows_in_all"] for row in rows))

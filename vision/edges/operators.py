@@ -74,9 +74,14 @@ def detect_edges(image: Image, method: EdgeMethod, columns: slice = slice(None))
         whole = columns.indices(image.shape[1])[:2] == (0, image.shape[1])
         # a strip is not worth a second thread: whoever wants several has them looked at side by side
         return forest_edges(shipped_detector() if whole else shipped_detector(1), image, columns)
-    grey = image if image.ndim == 2 else np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.float32)
+    grey = grey_of(image)
     whole = canny(grey, *CANNY_PAIR) if method == "canny" else _gradient_edges(grey, method)
     return EdgeMap(whole.strength[:, columns], whole.normal_rad[:, columns])
+
+
+def grey_of(image: Image) -> Image:
+    """What the classical operators take of a picture: its grey value, 0.299 R + 0.587 G + 0.114 B."""
+    return image if image.ndim == 2 else np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.float32)
 
 
 def forest_edges(detector: EdgeDetector, image: Image, columns: slice = slice(None)) -> EdgeMap:
