@@ -50,9 +50,9 @@ def upright(picture, camera: TrueCamera, axis: Axis, region_y_mm) -> Upright:
     places = np.clip(places, 0, np.array(camera.image_size) - 1)
     unclipped = [channel for channel in range(3) if np.mean(picture[..., channel] >= 254) < CLIPPED]
     channel = max(unclipped, key=lambda channel: picture[..., channel].mean())
-    image = cv2.remap(picture, *np.moveaxis(places.astype(np.float32), -1, 0), cv2.INTER_LINEAR).astype(np.float32) / 255
-    coarse = places[:, ::COARSE_PX]
-    passing = _passing_mm(camera, coarse, axis)
+    x, y = np.moveaxis(places.astype(np.float32), -1, 0)
+    image = cv2.remap(picture, x, y, cv2.INTER_LINEAR).astype(np.float32) / 255
+    passing = _passing_mm(camera, places[:, ::COARSE_PX], axis)
     columns = np.arange(places.shape[1])[::COARSE_PX].astype(float)
     if passing[0, 0] > passing[0, -1]:
         passing = -passing
