@@ -36,6 +36,7 @@ _OF_CONVEYOR = ("barrier_mm", "barrier_height_mm", "camera_height_mm", "backgrou
 
 def _run_conveyor(given: argparse.Namespace) -> None:
     from appliance.cameras.source import CameraError
+    from appliance.empty_line import EmptyLineError
     from appliance.measure_conveyor import measure_conveyor
     from vision.calibration.conveyor_view import ConveyorReference
 
@@ -58,7 +59,7 @@ def _run_conveyor(given: argparse.Namespace) -> None:
             background=given.background,
             compensation_mm=given.compensation_mm or 0.0,
         )
-    except CameraError as error:
+    except (CameraError, EmptyLineError) as error:
         raise CommandError(str(error)) from error
 
 

@@ -114,6 +114,33 @@ def test_a_bar_at_a_barrier_would_be_wrong_if_nobody_looked(monkeypatch):
     assert not reading.valid or abs(reading.diameter_mm - BAR.diameter_mm) > reading.expanded_uncertainty_mm
 
 
+def moved_since(line):
+    """A gauge whose background was taken before the camera sank by 1.5 %, and a picture taken after."""
+    sunk = replace(line, camera=replace(thermal_camera(0.985 * CAMERA_MM, 0.985 * 800.0), K=line.camera.K))
+    return ConveyorGauge(line.pictures(2, 0), reference_of(line)).measure(sunk.pictures(0, 1)[0])
+
+
+def test_a_camera_that_has_moved_since_its_background_gives_no_value():
+    reading = moved_since(line_of())
+    assert not reading.valid
+    assert reading.reasons == Reason.CAMERA_MOVED
+
+
+def test_a_camera_that_has_moved_would_be_wrong_if_nobody_looked(monkeypatch):
+    monkeypatch.setattr(conveyor, "MOVED_PX", np.inf)
+    reading = moved_since(line_of())
+    assert abs(reading.diameter_mm - BAR.diameter_mm) > max(2 * reading.expanded_uncertainty_mm, 1.0)
+
+
+def test_a_barrier_that_something_hides_while_a_bar_is_there_gives_no_value():
+    line = line_of()
+    reading = ConveyorGauge(line.pictures(2, 0), reference_of(line)).measure(
+        replace(line, hidden="left", hidden_from_mm=-5000.0).pictures(0, 1)[0]
+    )
+    assert not reading.valid
+    assert Reason.BARRIER_HIDDEN in reading.reasons
+
+
 @pytest.mark.parametrize("roll_deg", [-3.0, 3.0])
 def test_a_camera_that_is_rolled_measures_as_well(roll_deg):
     reading = measured(line_of(thermal_camera(CAMERA_MM, 800.0, roll_deg)))

@@ -41,7 +41,8 @@ LEAST_WINDOWS = 0.2
 OFF_LINE_PX = 1.0  # the edge of a window off the bar's straight line: the window is discarded
 U_EDGE_PX = 0.02  # of a whole limb or barrier: blur and halo that are not alike on both sides
 U_SPACING = 0.0005  # of W, relative
-CLIPPED = 0.98
+CLIPPED, CLIPPED_MOST = 0.98, 0.5  # light of an overexposed point, and the share of a limb that may be
+MOVED_PX = 0.3  # of a barrier from its place in the empty pictures; noise makes a tenth of it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,6 +62,13 @@ class ConveyorGauge:
     reference : ConveyorReference
     compensation_mm : float
         Added to every diameter, as the source did; 0 unless somebody knows better.
+    ovality_mm : float
+        Greatest minus least width that a section may have.
+
+    Attributes
+    ----------
+    barriers : Barriers or Reason
+        As `find_barriers` returns them.
 
     Raises
     ------
@@ -69,7 +77,11 @@ class ConveyorGauge:
     """
 
     def __init__(
-        self, empty: list[NDArray[np.uint8]], reference: ConveyorReference, compensation_mm: float = 0.0
+        self,
+        empty: list[NDArray[np.uint8]],
+        reference: ConveyorReference,
+        compensation_mm: float = 0.0,
+        ovality_mm: float = 0.0,
     ) -> None:
         if not empty or len({picture.shape[:2] for picture in empty}) != 1:
             raise ValueError("empty: at least one picture of the empty line is wanted, all of one size")
@@ -77,6 +89,7 @@ class ConveyorGauge:
             raise ValueError(f"compensation_mm is {compensation_mm}; a number of millimetres is wanted")
         self._empty: Plane = np.asarray(np.mean([grey_light(picture) for picture in empty], axis=0), np.float32)
         self._compensation_mm = compensation_mm
+        self._u_shape_mm = float(ovality_mm / np.sqrt(12))
         self.barriers = find_barriers(self._empty)
         self._views: dict[str, ConveyorView] = {}
         if isinstance(self.barriers, Barriers):
@@ -95,7 +108,8 @@ class ConveyorGauge:
         -------
         SizeReading
             Without a value: `edge_not_found` (with `barrier_hidden` or `barrier_bent` where it is a barrier's),
-            `no_bar`, `several_bars`, `bar_too_short`, `edges_clipped`, `no_windows`.
+            `no_bar`, `several_bars`, `bar_too_short`, `edges_clipped`, `no_windows`; `camera_moved` when a barrier
+            stands more than `MOVED_PX` from its place in the empty pictures.
 
         Raises
         ------
@@ -113,9 +127,23 @@ class ConveyorGauge:
         left, right = (_limb(light, spans, side) for side in (0, 1))
         if left is None or right is None or _touches(left, right, self.barriers):
             return _nothing(Reason.EDGE_NOT_FOUND)
-        if max(_brightness(light, left, 1), _brightness(light, right, -1)) >= CLIPPED:
-            return _nothing(Reason.EDGES_CLIPPED)
-        return self._read(left, right)
+        inside = [_inside(light, left, 1), _inside(light, right, -1)]
+        limbs = {
+            "clipped_share": max(float(np.mean(one >= CLIPPED)) for one in inside),
+            "limb_light": min(float(np.median(one)) for one in inside),
+        }
+        reason = self._forbids(light, limbs["clipped_share"])
+        return replace(_nothing(reason) if reason else self._read(left, right), **limbs)
+
+    def _forbids(self, light: Plane, clipped_share: float) -> Reason:
+        """What of the picture forbids a value although there is a bar with two edges."""
+        if clipped_share >= CLIPPED_MOST:
+            return Reason.EDGES_CLIPPED
+        assert isinstance(self.barriers, Barriers)  # noqa: S101  nothing is measured without
+        shifted_px = self.barriers.shifted_px(light)
+        if shifted_px is None:
+            return Reason.EDGE_NOT_FOUND | Reason.BARRIER_HIDDEN
+        return Reason.CAMERA_MOVED if shifted_px > MOVED_PX else Reason.NONE
 
     def _read(self, left: _Limb, right: _Limb) -> SizeReading:
         windows = np.array_split(np.intersect1d(left.rows, right.rows), WINDOWS)
@@ -129,7 +157,7 @@ class ConveyorGauge:
         diameter_mm = float(np.median(by_window))
         calibration_mm, model_mm = self._u_of_view(ends, diameter_mm)
         edge_mm = float(1.2533 * by_window.std() / np.sqrt(len(by_window)))  # of a median
-        expanded_mm = float(2 * np.linalg.norm([edge_mm, calibration_mm, model_mm]))
+        expanded_mm = float(2 * np.linalg.norm([edge_mm, calibration_mm, self._u_shape_mm, model_mm]))
         middle = 0.5 * (view.tangent(ends[0]) + view.tangent(ends[1]))
         return SizeReading(
             diameter_mm=diameter_mm + self._compensation_mm,
@@ -142,7 +170,7 @@ class ConveyorGauge:
             u_calibration_mm=calibration_mm,
             u_board_mm=0.0,
             u_light_mm=0.0,
-            u_shape_mm=0.0,
+            u_shape_mm=self._u_shape_mm,
             u_model_mm=model_mm,
             method="conveyor",
         )
@@ -254,10 +282,10 @@ def _touches(left: _Limb, right: _Limb, barriers: Barriers) -> bool:
     return bool(np.min(free) < FREE_PX)
 
 
-def _brightness(light: Plane, limb: _Limb, inwards: int) -> float:
-    """Median light of the bar just inside an edge."""
+def _inside(light: Plane, limb: _Limb, inwards: int) -> Array:
+    """Light of the bar just inside an edge, row by row."""
     column = np.clip(np.rint(limb.columns + 5 * inwards), 0, light.shape[1] - 1).astype(np.int64)
-    return float(np.median(light[limb.rows.astype(np.int64), column]))
+    return np.asarray(light[limb.rows.astype(np.int64), column], np.float64)
 
 
 def _ends(limb: _Limb, windows: list[Array]) -> Array:
