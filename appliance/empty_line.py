@@ -75,18 +75,23 @@ class TimedConveyorGauge:
         self.name = name
         self._gauge = make(empty)
 
+    @property
+    def barriers(self) -> Barriers | Reason:
+        """Barriers of the empty line, or why there are none."""
+        return self._gauge.barriers
+
     def check_barriers(self) -> None:
         """Raise `EmptyLineError` when the barriers are hidden or bent, so that nothing can ever be measured."""
-        if isinstance(self._gauge.barriers, Reason):
+        if isinstance(self.barriers, Reason):
             raise EmptyLineError(
-                f"{self.name}: {TROUBLE[self._gauge.barriers]}; clear the line, or set sizing.conveyor.background to a "
+                f"{self.name}: {TROUBLE[self.barriers]}; clear the line, or set sizing.conveyor.background to a "
                 "picture of it without a bar"
             )
 
     def warm_up(self) -> None:
         """Compile and load all that measuring needs, on a drawn bar, so that the first picture does not wait for it."""
         drawn = self._empty.copy()
-        if isinstance(barriers := self._gauge.barriers, Barriers):
+        if isinstance(barriers := self.barriers, Barriers):
             for row, (left, right) in enumerate(barriers.columns(np.arange(len(drawn), dtype=np.float64))):
                 drawn[row, round((2 * left + right) / 3) : round((left + 2 * right) / 3)] = DRAWN_LEVEL
         self._gauge.measure(drawn)

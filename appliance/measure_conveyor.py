@@ -6,6 +6,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from appliance.cameras.picture_recording import PictureRecording
+from appliance.conveyor_plots import ConveyorPlots
 from appliance.empty_line import TimedConveyorGauge, darkest
 from appliance.empty_line import background as background_of
 from appliance.measure import row, row_writer, whole_file
@@ -20,6 +21,7 @@ def measure_conveyor(
     *,
     background: Path | None = None,
     compensation_mm: float = 0.0,
+    plots: Path | None = None,
 ) -> None:
     """Measure every frame; the output appears whole or not at all.
 
@@ -34,6 +36,8 @@ def measure_conveyor(
         Picture of the empty line; without it the recording's darkest frames are taken for empty.
     compensation_mm : float
         Added to every diameter.
+    plots : Path, optional
+        Folder for plots.
 
     Raises
     ------
@@ -41,16 +45,24 @@ def measure_conveyor(
         The recording is missing or cannot be read.
     EmptyLineError
         The background is missing or cannot be read, or differs in size.
+    PlotsMissingError
+        Plots are wanted and the plotting library is not installed.
     ValueError
         The compensation is not finite.
     OSError
-        `output` cannot be written.
+        `output` cannot be written, or the folder of plots not made.
     """
     frames = PictureRecording(recording)
     empty = darkest(frames) if background is None else background_of(background)
     make = partial(ConveyorGauge, reference=reference, compensation_mm=compensation_mm)
     gauge = TimedConveyorGauge(empty, str(background or recording), make)
+    drawing = ConveyorPlots(plots, gauge.barriers, reference.spacing_mm) if plots is not None else None
     with whole_file(output) as file:
         write = row_writer(output, file)
         for frame, picture in tqdm(frames, unit="frame", total=len(frames), disable=None):
-            write(row(frame, *gauge.measure(picture)))
+            reading, elapsed_ms = gauge.measure(picture)
+            write(row(frame, reading, elapsed_ms))
+            if drawing is not None:
+                drawing.add(frame, picture, reading)
+    if drawing is not None:
+        drawing.write()

@@ -93,7 +93,8 @@ def test_a_frozen_camera_gives_no_further_value(start, recording):
     seen = []
     while not (seen and isinstance(seen[-1], StateMessage) and seen[-1].fault == "recording_over"):
         seen.append(station.hear())
-    assert max(message.sequence for message in seen if isinstance(message, ReadingMessage)) == 5
+    frozen = [message for message in seen if isinstance(message, ReadingMessage) and message.sequence >= 5]
+    assert len(frozen) <= 1, "the first of them may be new to a station that was late"
     assert "camera_frozen" in {message.fault for message in seen if isinstance(message, StateMessage)}
 
 
