@@ -189,8 +189,8 @@ class ConveyorGauge:
 
 def _views(barriers: Barriers, reference: ConveyorReference) -> dict[str, ConveyorView]:
     """The view, and how it would be if what is assumed were off by a standard uncertainty."""
-    views = {"view": conveyor_view(barriers, reference)}
-    view = views["view"]
+    view = conveyor_view(barriers, reference)
+    views = {"view": view, "across": replace(view, across_mm=view.across_mm + view.u_across_mm)}
     if view.u_height > 0:
         views["height"] = replace(view, above_plane_mm=view.above_plane_mm * (1 + view.u_height))
     elif reference.camera_height_mm is None:
