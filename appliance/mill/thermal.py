@@ -170,13 +170,20 @@ class ThermalSequence:
         return self._line.exposed(light, self._stock.cut(int(start)))
 
 
-def thermal_camera(height_mm: float = 2600.0, back_mm: float = 800.0, roll_deg: float = 0.0) -> TrueCamera:
-    """Camera over the middle of the line, `back_mm` before the place it looks at; about 4.8 mm per pixel."""
+def thermal_camera(
+    height_mm: float = 2600.0, back_mm: float = 800.0, roll_deg: float = 0.0, aside_deg: float = 0.0
+) -> TrueCamera:
+    """Camera over the middle of the line, `back_mm` before the place it looks at; about 4.8 mm per pixel.
+
+    It is turned about its own upright axis by `aside_deg`: then it looks across the line.
+    """
     columns, rows = IMAGE_SIZE
     focal_px = math.hypot(height_mm, back_mm) / 4.8
     R, t = look_at(np.array([0.0, -back_mm, height_mm]), np.array([0.0, 0.0, 0.0]), math.radians(roll_deg))
     K = np.array([[focal_px, 0, (columns - 1) / 2], [0, focal_px, (rows - 1) / 2], [0, 0, 1.0]])
-    return TrueCamera(K, np.zeros(5), R, t, IMAGE_SIZE)
+    cos, sin = math.cos(math.radians(aside_deg)), math.sin(math.radians(aside_deg))
+    aside = np.array([[cos, 0, -sin], [0, 1, 0], [sin, 0, cos]])
+    return TrueCamera(K, np.zeros(5), aside @ R, aside @ t, IMAGE_SIZE)
 
 
 def random_thermal_line(seed: int) -> ThermalLine:

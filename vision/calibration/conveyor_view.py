@@ -26,6 +26,7 @@ LOWEST, HIGHEST = (-6.0, -2.0, 0.0, 0.0, -0.1), (3.0, 2.0, 2.0, 2.0, 0.1)  # of 
 TILT_U = np.radians(5.0) / np.sqrt(3)  # of a camera that was pointed along the line by eye: 5 degrees, rectangular
 ACROSS_MOST = 0.45  # of W: how far from the middle a camera may hang that sees both inner faces
 FACTOR_MOST = 2.0  # by which the distance of a barrier's two edges may be off before it is fitted
+RESOLVED = 1.0  # of the blur: a face that shows narrower looks like one step that is blurred more
 PROFILE_NOISE = 0.002  # of mean profiles, over full scale
 CORRELATED = 1 / 0.25  # samples a pixel: neighbours have their noise in common
 BANDS = 12  # of rows whose mean profile is fitted
@@ -94,6 +95,8 @@ class ConveyorView:
         Standard uncertainty of the edges' distance in the picture, by their fit.
     u_height : float
         Relative standard uncertainty of Z where the barriers' two edges told it.
+    u_plane_mm : float
+        Standard uncertainty of `plane_mm`, rectangular, where it is only assumed; else 0.
     """
 
     middle_px: Array
@@ -107,6 +110,7 @@ class ConveyorView:
     u_across_mm: float = 0.0
     u_width_px: float = 0.0
     u_height: float = 0.0
+    u_plane_mm: float = 0.0
 
     def q(self, points_px: Array) -> Array:
         """Slope, seen from the vanishing point, of points (x, y), shape (n, 2)."""
@@ -151,12 +155,13 @@ def conveyor_view(
     barriers: Barriers,
     reference: ConveyorReference,
     focal_share: float = FOCAL_SHARE,
-    edge_mm: float = UNKNOWN_HEIGHT_MM,
+    edge_mm: float | None = None,
 ) -> ConveyorView:
     """View of the conveyor from its barriers.
 
     With the barriers' height, the foot of each inner face is told from its upper edge by their known distance in the
-    picture, and the feet are the ruler; without it, the edges stand at a height that nobody knows.
+    picture, and the feet are the ruler. Without it, or where the faces show too narrow for that, the edges stand at a
+    height that nobody knows.
 
     Parameters
     ----------
@@ -164,22 +169,27 @@ def conveyor_view(
     reference : ConveyorReference
     focal_share : float
         Focal length over the picture's width, where the camera's height is not known.
-    edge_mm : float
-        Height of the barriers' edges, where the barriers' height is not known.
+    edge_mm : float, optional
+        Height at which the barriers' edges are taken to be; without it as above.
 
     Returns
     -------
     ConveyorView
     """
-    plane_mm = 0.0 if reference.barrier_height_mm is not None else edge_mm
-    view = _of_lines(barriers, barriers.lines, reference, plane_mm, focal_share)
-    if reference.barrier_height_mm is None:
-        return view
     top_mm = reference.barrier_height_mm
+    if edge_mm is not None:
+        return _of_lines(barriers, barriers.lines, reference, edge_mm, focal_share)
+    if top_mm is None:
+        view = _of_lines(barriers, barriers.lines, reference, UNKNOWN_HEIGHT_MM, focal_share)
+        return replace(view, u_plane_mm=UNKNOWN_HEIGHT_U_MM)
+    view = _of_lines(barriers, barriers.lines, reference, 0.0, focal_share)
     across = view.across_mm / reference.spacing_mm
     u_across = view.u_across_mm / reference.spacing_mm
     part = top_mm / (view.camera_height_mm - top_mm)
     feet = _feet(barriers, part, across, u_across, free=reference.camera_height_mm is None)
+    if feet.face_px < RESOLVED * feet.blur_px:
+        view = _of_lines(barriers, barriers.lines, reference, top_mm / 2, focal_share)
+        return replace(view, u_plane_mm=top_mm / np.sqrt(12))
     view = replace(_of_lines(barriers, feet.lines, reference, 0.0, focal_share), u_width_px=feet.u_width_px)
     if reference.camera_height_mm is None:
         view = replace(view, above_plane_mm=top_mm * (1 + 1 / feet.part), u_height=feet.u_part)
@@ -218,7 +228,7 @@ class _Feet:
     """Lines of the inner faces' feet, and what the faces' widths tell, with standard uncertainties.
 
     The faces together are `part` of the barriers' distance wide; `across` is the place of the middle between the
-    barriers from straight below the camera, over their distance.
+    barriers from straight below the camera, over their distance. `face_px` is the mean width of a face.
     """
 
     lines: Array
@@ -227,6 +237,8 @@ class _Feet:
     u_part: float
     across: float
     u_across: float
+    face_px: float
+    blur_px: float
 
 
 def _feet(barriers: Barriers, part: float, across: float, u_across: float, *, free: bool) -> _Feet:
@@ -253,10 +265,7 @@ def _feet(barriers: Barriers, part: float, across: float, u_across: float, *, fr
     found = min(tried, key=lambda fit: fit.cost)
     places = [common, common + n]
     lines = np.array([side.line_at(*found.x[first : first + 2]) for side, first in zip(sides, places, strict=True)])
-    scatter = CORRELATED * 2 * found.cost / (found.fun.size - found.x.size)
-    used = slice(0 if free else 1, None)
-    covariance = np.zeros((found.x.size, found.x.size))
-    covariance[used, used] = scatter * np.linalg.pinv(found.jac[:, used].T @ found.jac[:, used])
+    covariance = _covariance(found.fun, found.jac, slice(0 if free else 1, None))
     u_factor, u_place = np.sqrt(np.diag(covariance)[:2]).tolist()
     return _Feet(
         lines=lines,
@@ -265,7 +274,18 @@ def _feet(barriers: Barriers, part: float, across: float, u_across: float, *, fr
         u_part=u_factor / float(found.x[0]),
         across=float(found.x[1]),
         u_across=u_place,
+        face_px=float(found.x[0]) * float(np.mean([side.apart_px.mean() for side in sides])) / 2,
+        blur_px=float(found.x[2]),
     )
+
+
+def _covariance(misfit: Array, jacobian: Array, free: slice) -> Array:
+    """Of the fitted values that are free, by the scatter that is left; 0 for the others."""
+    size = jacobian.shape[1]
+    scatter = CORRELATED * float(misfit @ misfit) / (misfit.size - size)
+    covariance = np.zeros((size, size))
+    covariance[free, free] = scatter * np.linalg.pinv(jacobian[:, free].T @ jacobian[:, free])
+    return covariance
 
 
 @dataclass(frozen=True, slots=True, eq=False)
