@@ -1,5 +1,6 @@
 """The sizing station with one camera between barriers: true values, or none and a sentence."""
 
+import time
 from dataclasses import replace
 
 import cv2
@@ -7,6 +8,9 @@ import numpy as np
 import pytest
 from station_thread import Station
 
+from appliance import cli
+from appliance.cameras.source import Frame
+from appliance.doctor import examine
 from appliance.mill.bars import Bar, bar_at
 from appliance.mill.thermal import ThermalLine, thermal_camera
 from appliance.mill.writer import write_thermal_recording
@@ -98,6 +102,43 @@ def test_a_frozen_camera_gives_no_further_value(start, recording):
     assert "camera_frozen" in {message.fault for message in seen if isinstance(message, StateMessage)}
 
 
+class Camera:
+    """A camera that shows the bar a few times and then the same picture for ever."""
+
+    simulated = False
+
+    def __init__(self, moving: int) -> None:
+        self._pictures = LINE.pictures(0, moving)
+        self._number = -1
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+    def next(self, _timeout_s):
+        time.sleep(0.02)
+        self._number += 1
+        shown = self._pictures[min(self._number, len(self._pictures) - 1)]
+        return Frame(shown, sequence=self._number, exposed_monotonic_s=time.monotonic(), exposed_utc_ms=0)
+
+
+def test_a_live_camera_that_freezes_is_a_fault_and_its_last_value_is_not_said_again(start, tmp_path, monkeypatch):
+    monkeypatch.setattr(sizing, "source_of", lambda _: Camera(moving=5))
+    background = saved(tmp_path / "empty.png", empty())
+    station = start({"kind": "stream", "address": "0"}, LENGTHS | {"background": background}, liveness=LATE)
+    heard = [station.hear()]
+    while not isinstance(heard[-1], StateMessage):
+        heard.append(station.hear())
+    assert [message.sequence for message in heard[:-1]] == [1, 2, 3, 4], "the first is only compared with"
+    for message in heard[:-1]:
+        assert message.diameter_mm == pytest.approx(BAR.diameter_mm, abs=message.expanded_uncertainty_mm)
+        assert not message.simulated
+    assert heard[-1].fault == "camera_frozen"
+    assert isinstance(station.hear(), StateMessage)
+
+
 def test_a_background_that_is_missing_is_a_fault_until_it_is_there(start, recording, tmp_path):
     late = tmp_path / "empty.png"
     station = start(played(recording), LENGTHS | {"background": late})
@@ -163,3 +204,51 @@ def test_the_ovality_of_the_product_is_part_of_the_uncertainty(start, recording)
         station = start(played(recording), ovality_mm=ovality_mm)
         found.append(next(m for _ in range(9) if (m := station.hear_until(ReadingMessage)).valid))
     assert found[1].expanded_uncertainty_mm ** 2 - found[0].expanded_uncertainty_mm ** 2 == pytest.approx(3.0, rel=0.05)
+
+
+CONFIG = """
+[sizing]
+method = "conveyor"
+[sizing.conveyor]
+barrier_mm = 500
+barrier_height_mm = 100
+{background}
+[sizing.camera]
+kind = "recording"
+path = "recording"
+"""
+
+
+def checks(tmp_path, background=""):
+    config = tmp_path / "hotgauge.toml"
+    config.write_text(CONFIG.format(background=background))
+    return {check.name: check for check in examine(config)}
+
+
+@pytest.mark.usefixtures("recording")
+def test_the_doctor_looks_at_the_barriers_and_at_the_pictures(tmp_path):
+    told = checks(tmp_path)
+    assert told["barriers"].verdict == "good"
+    assert "640 x 480" in told["cameras"].text
+    assert "rig" not in told
+
+
+@pytest.mark.usefixtures("recording")
+def test_the_doctor_says_what_is_wrong_with_the_empty_line(tmp_path):
+    saved(tmp_path / "small.png", empty()[:240])
+    assert "no such picture" in checks(tmp_path, 'background = "absent.png"')["barriers"].text
+    told = checks(tmp_path, 'background = "small.png"')["cameras"]
+    assert told.verdict == "BAD"
+    assert "640 x 240" in told.text
+
+
+@pytest.mark.usefixtures("recording")
+@pytest.mark.parametrize(
+    ("conveyor", "more", "said"),
+    [(True, ["--rig", "rig.json"], "--rig: sizing.method"), (False, [], "--rig: the rig file")],
+)
+def test_replay_asks_for_a_rig_only_where_one_is_needed(tmp_path, capsys, conveyor, more, said):
+    config = tmp_path / "hotgauge.toml"
+    config.write_text(CONFIG.format(background="") if conveyor else "")
+    assert cli.main(["replay", str(tmp_path / "recording"), "--config", str(config), *more]) == 2
+    assert said in capsys.readouterr().err
