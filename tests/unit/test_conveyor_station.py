@@ -129,7 +129,7 @@ def test_a_live_camera_that_freezes_is_a_fault_and_its_last_value_is_not_said_ag
     background = saved(tmp_path / "empty.png", empty())
     station = start({"kind": "stream", "address": "0"}, LENGTHS | {"background": background}, liveness=LATE)
     heard = [station.hear()]
-    while not isinstance(heard[-1], StateMessage):
+    while not isinstance(heard[-1], StateMessage) and len(heard) < 20:
         heard.append(station.hear())
     assert [message.sequence for message in heard[:-1]] == [1, 2, 3, 4], "the first is only compared with"
     for message in heard[:-1]:
