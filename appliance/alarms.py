@@ -97,11 +97,11 @@ ALARMS: tuple[AlarmRow, ...] = (
     AlarmRow(
         "alarm_calibration",
         "medium",
-        ("rig_unusable", "references_unusable", "calibration_due"),
+        ("rig_unusable", "references_unusable", "empty_line_unusable", "calibration_due"),
         0.0,
         1.0,
         "the calibration is missing or due",
-        "calibrate the cameras with the board",
+        "calibrate the cameras with the board; between barriers, take a new picture of the empty line",
     ),
     AlarmRow(
         "alarm_plc_silent",

@@ -105,6 +105,16 @@ class MillPictures(Section):
     rate_hz: float = Field(default=5.0, gt=0, le=60, description="Pictures per second", json_schema_extra=unit("1/s"))
 
 
+class MillThermal(Section):
+    """The simulated thermal line as camera."""
+
+    kind: Literal["mill"] = Field(
+        default="mill", description="A simulated thermal line, barriers 600 mm apart and 100 mm high, for trying"
+    )
+    seed: int = Field(default=1, ge=0, le=2**32 - 1, description="Seed of bars and noise")
+    rate_hz: float = Field(default=10.0, gt=0, le=60, description="Pictures per second", json_schema_extra=unit("1/s"))
+
+
 class RecordedPictures(Section):
     """A recording of one camera as camera."""
 
@@ -125,7 +135,7 @@ class OakPictures(_OakSensor):
 
     kind: Literal["oak"] = Field(description="An OAK camera, through depthai")
     device: str = Field(default="", description="Device id, address or name; empty takes the only device")
-    socket: OakSocket = Field(default="CAM_A", description="Sensor that looks at the ingots")
+    socket: OakSocket = Field(default="CAM_A", description="Sensor that takes the pictures")
 
 
 class StreamPictures(Section):
@@ -145,6 +155,8 @@ class StreamPictures(Section):
 PictureCamera = Annotated[
     NoCamera | MillPictures | RecordedPictures | OakPictures | StreamPictures, Field(discriminator="kind")
 ]
+
+ConveyorCamera = Annotated[MillThermal | RecordedPictures | OakPictures | StreamPictures, Field(discriminator="kind")]
 
 
 class LivenessSettings(Section):

@@ -13,13 +13,17 @@ from typing import Literal, NamedTuple
 
 from appliance import service
 from appliance.camera_settings import MillCamera
+from appliance.cameras.liveness import Exposure
 from appliance.cameras.source import CameraError
+from appliance.empty_line import EmptyLineError
 from appliance.gauging import TimedGauge
 from appliance.install import UNIT
 from appliance.kept import state_folder
 from appliance.rigs import RigError, load_rig
 from appliance.selfcheck import SelfCheck
 from appliance.settings import Settings, SettingsError, load
+from appliance.sizing_settings import ConveyorSettings
+from appliance.stations.conveyor import conveyor_gauge
 from appliance.stations.sizing import source_of
 from vision.sizing.gauge import Gauge
 
@@ -61,39 +65,55 @@ def examine(config: Path | None) -> Iterator[Check]:
         yield Check("settings", "BAD", str(error))
         return
     yield Check("settings", "good", f"{config or 'the defaults'}")
-    checks: tuple[Callable[[Settings], Check], ...] = (_rig, _cameras, _port, _service, _disk, _cache, _memory)
+    checks: tuple[Callable[[Settings], Check], ...] = (_reference, _cameras, _port, _service, _disk, _cache, _memory)
     for check in checks:
         yield check(settings)
 
 
-def _rig(settings: Settings) -> Check:
-    rig = settings.sizing.rig
-    if rig is None:
-        if isinstance(settings.sizing.camera, MillCamera):
+def _reference(settings: Settings) -> Check:
+    """What makes millimetres of pixels: the rig, or the barriers of the empty line."""
+    sizing = settings.sizing
+    if isinstance(sizing, ConveyorSettings):
+        return _barriers(sizing)
+    if sizing.rig is None:
+        if isinstance(sizing.camera, MillCamera):
             return Check("rig", "note", "none; the simulated mill calibrates itself")
         return Check("rig", "BAD", "sizing.rig is not set; make a rig file with `hotgauge calibrate` and set it")
     try:
-        TimedGauge(load_rig(rig), str(rig), Gauge)
+        TimedGauge(load_rig(sizing.rig), str(sizing.rig), Gauge)
     except RigError as error:
         return Check("rig", "BAD", str(error))
-    return Check("rig", "good", str(rig))
+    return Check("rig", "good", str(sizing.rig))
+
+
+def _barriers(sizing: ConveyorSettings) -> Check:
+    try:
+        gauge = conveyor_gauge(sizing, source_of(sizing))
+    except (CameraError, EmptyLineError) as error:
+        return Check("barriers", "BAD", str(error))
+    return Check("barriers", "good", f"two straight ones in {gauge.name}")
 
 
 def _cameras(settings: Settings) -> Check:
-    kind = settings.sizing.camera.kind
+    sizing = settings.sizing
+    kind = sizing.camera.kind
     try:
-        with source_of(settings.sizing) as source:
-            pair = source.next(PICTURE_WITHIN_S)
-        if pair is None:
+        with source_of(sizing) as source:
+            exposed = source.next(PICTURE_WITHIN_S)
+        if exposed is None:
             return Check("cameras", "BAD", f"{kind}: no pictures within {PICTURE_WITHIN_S:.0f} s; check the cameras")
-        if settings.sizing.rig is not None:
-            TimedGauge(load_rig(settings.sizing.rig), str(settings.sizing.rig), Gauge).measure(pair.left, pair.right)
+        pictures = Exposure.of(exposed).pictures
+        if isinstance(sizing, ConveyorSettings):
+            conveyor_gauge(sizing, source).measure(*pictures)
+        elif sizing.rig is not None:
+            TimedGauge(load_rig(sizing.rig), str(sizing.rig), Gauge).measure(*pictures)
     except CameraError as error:
         return Check("cameras", "BAD", f"{kind}: {error}")
-    except RigError as error:
-        return Check("cameras", "BAD", f"{kind}: pictures do not fit the rig: {error}")
-    rows, columns = pair.left.shape[:2]
-    return Check("cameras", "good", f"{kind}: a pair of {columns} x {rows} pixels")
+    except (RigError, EmptyLineError) as error:
+        return Check("cameras", "BAD", f"{kind}: pictures do not fit: {error}")
+    rows, columns = pictures[0].shape[:2]
+    what = "a pair" if len(pictures) > 1 else "a picture"
+    return Check("cameras", "good", f"{kind}: {what} of {columns} x {rows} pixels")
 
 
 def _port(settings: Settings) -> Check:

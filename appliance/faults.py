@@ -188,6 +188,15 @@ FAULTS: tuple[FaultRow, ...] = (
         bit=19,
     ),
     FaultRow(
+        203,
+        "empty_line_unusable",
+        DeviceState.FAILURE,
+        logging.ERROR,
+        "the picture of the empty line cannot be used, or shows no pair of barriers",
+        "set sizing.conveyor.background to a picture of the line without a bar, by this camera",
+        bit=20,
+    ),
+    FaultRow(
         301,
         "reading_stale",
         DeviceState.FAILURE,

@@ -17,6 +17,17 @@ class PlotsMissingError(Exception):
     """The plotting library is not installed; the message says what to do."""
 
 
+def figure_class() -> Any:  # its stubs leave most argument types open
+    """Class of the plotting library's figures; raises `PlotsMissingError`."""
+    try:
+        from matplotlib.figure import Figure  # noqa: PLC0415  200 ms that only plots are worth
+    except ImportError as error:
+        raise PlotsMissingError(
+            "--plot: plots need Matplotlib, which is not installed; install it with: pip install 'hotgauge[plots]'"
+        ) from error
+    return Figure
+
+
 class Plots:
     """Collects readings and draws them when all are there.
 
@@ -34,13 +45,7 @@ class Plots:
     """
 
     def __init__(self, folder: Path) -> None:
-        try:
-            from matplotlib.figure import Figure  # noqa: PLC0415  200 ms that only plots are worth
-        except ImportError as error:
-            raise PlotsMissingError(
-                "--plot: plots need Matplotlib, which is not installed; install it with: pip install 'hotgauge[plots]'"
-            ) from error
-        self._new_figure: Any = Figure  # its stubs leave most argument types open
+        self._new_figure = figure_class()
         self._folder = folder
         self._readings: list[tuple[int, VirtualBoardReading]] = []
         folder.mkdir(parents=True, exist_ok=True)

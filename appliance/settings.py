@@ -13,9 +13,9 @@ from typing import Any, Literal, NamedTuple, cast
 from pydantic import Field, ValidationError
 from pydantic_core import ErrorDetails
 
-from appliance.camera_settings import Camera, ExposureSettings, LivenessSettings, MillCamera
 from appliance.ingot_settings import IngotSettings
 from appliance.sections import FilePath, Section, unit
+from appliance.sizing_settings import Sizing, SizingSettings
 
 
 class SettingsError(Exception):
@@ -46,46 +46,6 @@ class PlcSettings(Section):
     state_directory: FilePath | None = Field(
         default=None,
         description="Folder that keeps set points over a restart; without: the service manager's, or none",
-    )
-
-
-class SizingSettings(Section):
-    """The sizing station."""
-
-    camera: Camera = Field(default_factory=MillCamera, description="Where image pairs come from")
-    rig: FilePath | None = Field(
-        default=None,
-        description="Calibration of the two cameras, from `hotgauge calibrate`; the mill can do without",
-    )
-    ovality_mm: float = Field(
-        default=0.0,
-        ge=0,
-        le=20,
-        description="Greatest minus least width of a section that the product may have; part of the uncertainty",
-        json_schema_extra=unit("mm"),
-    )
-    stale_after_ms: int = Field(
-        default=800,
-        ge=100,
-        le=10000,
-        description="Age from which a reading is no value any more",
-        json_schema_extra=unit("ms"),
-    )
-    memory_max_mb: int = Field(
-        default=2048,
-        ge=256,
-        le=65536,
-        description="Memory of each measuring process, above which it ends and is started again",
-        json_schema_extra=unit("MB"),
-    )
-    liveness: LivenessSettings = Field(default_factory=LivenessSettings, description="When pictures are believed")
-    exposure: ExposureSettings = Field(default_factory=ExposureSettings, description="How bright edges may be")
-    camera_temperature_max_c: float = Field(
-        default=75.0,
-        ge=0,
-        le=120,
-        description="Temperature of a camera above which it is too hot",
-        json_schema_extra=unit("°C"),
     )
 
 
@@ -134,7 +94,7 @@ class Settings(Section):
     """Everything that can be set."""
 
     plc: PlcSettings = Field(default_factory=PlcSettings, description="Modbus TCP server")
-    sizing: SizingSettings = Field(default_factory=SizingSettings, description="Sizing station")
+    sizing: Sizing = Field(default_factory=SizingSettings, description="Sizing station")
     ingot: IngotSettings = Field(default_factory=IngotSettings, description="Ingot station")
     judging: JudgingSettings = Field(default_factory=JudgingSettings, description="Trust, cold size and bars")
     correction: CorrectionSettings = Field(default_factory=CorrectionSettings, description="Closed loop")
@@ -172,6 +132,16 @@ def load(path: Path | None) -> Settings:
         raise SettingsError(f"{path}: " + "; ".join(_sentence(detail) for detail in error.errors())) from error
 
 
+class Kind(NamedTuple):
+    """A choice between kinds of a section: the key that names the kind, and the kind named."""
+
+    key: str
+    choice: str
+
+    def __str__(self) -> str:
+        return f'{self.key} = "{self.choice}"'
+
+
 class SettingRow(NamedTuple):
     """One row of the table of all settings.
 
@@ -179,8 +149,8 @@ class SettingRow(NamedTuple):
     ----------
     key : str
         Dotted path, as in `sizing.camera.rate_hz`.
-    kind : str
-        The `kind` of the section that has this key; empty where the section has no kinds.
+    kinds : tuple of Kind
+        Kinds of sections that have this key, outermost first; empty where every kind has it.
     allowed : str
         Type with bounds and unit, or the choices.
     default : str
@@ -191,17 +161,22 @@ class SettingRow(NamedTuple):
     """
 
     key: str
-    kind: str
+    kinds: tuple[Kind, ...]
     allowed: str
     default: str
     unit: str
     text: str
 
+    @property
+    def kind(self) -> str:
+        """Its kinds in words, as in `conveyor, recording`."""
+        return ", ".join(kind.choice for kind in self.kinds)
+
 
 def in_force(settings: Settings) -> list[tuple[SettingRow, str]]:
     """Every setting that counts with these settings, and its value as written in TOML (empty: not set)."""
     values = _flat(settings.model_dump(mode="json"), prefix="")
-    rows = [row for row in table() if not row.kind or values[f"{row.key.rpartition('.')[0]}.kind"] == row.kind]
+    rows = [row for row in table() if all(values.get(kind.key) == kind.choice for kind in row.kinds)]
     return [(row, _as_toml(values[row.key])) for row in rows]
 
 
@@ -219,29 +194,46 @@ _JsonSchema = dict[str, Any]
 def table() -> tuple[SettingRow, ...]:
     """All settings, in the order of the file; documents and error sentences are derived from it."""
     schema = Settings.model_json_schema()
-    return tuple(_rows(schema, schema["$defs"], prefix="", kind=""))
+    return tuple(_rows(schema, schema["$defs"], prefix="", kinds=()))
 
 
-def _rows(section: _JsonSchema, sections: _JsonSchema, prefix: str, kind: str) -> Iterator[SettingRow]:
+def _rows(section: _JsonSchema, sections: _JsonSchema, prefix: str, kinds: tuple[Kind, ...]) -> Iterator[SettingRow]:
     for name, field in section["properties"].items():
         key = prefix + name
         if "$ref" in field:
-            yield from _rows(sections[_section_name(field["$ref"])], sections, f"{key}.", kind)
+            yield from _rows(sections[_section_name(field["$ref"])], sections, f"{key}.", kinds)
         elif "discriminator" in field:
-            for choice, reference in field["discriminator"]["mapping"].items():
-                yield from _rows(sections[_section_name(reference)], sections, f"{key}.", choice)
+            yield from _rows_of_kinds(field["discriminator"], sections, key, kinds)
         else:
-            yield _row(key, kind, field, required=name in section.get("required", ()))
+            yield _row(key, kinds, field, required=name in section.get("required", ()))
+
+
+def _rows_of_kinds(
+    discriminator: _JsonSchema, sections: _JsonSchema, key: str, kinds: tuple[Kind, ...]
+) -> Iterator[SettingRow]:
+    """Rows of a section of several kinds; what every kind has alike is one row."""
+    kind_key = f"{key}.{discriminator['propertyName']}"
+    by_kind = [
+        list(_rows(sections[_section_name(reference)], sections, f"{key}.", (*kinds, Kind(kind_key, choice))))
+        for choice, reference in discriminator["mapping"].items()
+    ]
+    alike = [
+        [row._replace(kinds=kinds) if len(row.kinds) == len(kinds) + 1 else row for row in rows] for rows in by_kind
+    ]
+    common = set(alike[0]).intersection(*alike[1:])
+    for rows, bare in zip(by_kind, alike, strict=True):
+        yield from (row for row, shared in zip(rows, bare, strict=True) if shared not in common)
+    yield from (row for row in alike[0] if row in common)
 
 
 def _section_name(reference: str) -> str:
     return reference.rpartition("/")[2]
 
 
-def _row(key: str, kind: str, field: _JsonSchema, *, required: bool) -> SettingRow:
+def _row(key: str, kinds: tuple[Kind, ...], field: _JsonSchema, *, required: bool) -> SettingRow:
     unit = field.get("unit", "")
     default = "required" if required else _as_toml(field["default"])
-    return SettingRow(key, kind, _allowed(field), default, unit, field["description"])
+    return SettingRow(key, kinds, _allowed(field), default, unit, field["description"])
 
 
 def _as_toml(value: object) -> str:
@@ -277,22 +269,43 @@ def _bounds(field: _JsonSchema) -> str:
 
 def _sentence(detail: ErrorDetails) -> str:
     rows = table()
-    kinds = {row.kind for row in rows if row.kind}
-    key = ".".join(str(part) for part in detail["loc"] if part not in kinds)
+    key, kinds = _place(detail["loc"], rows)
     if detail["type"] == "extra_forbidden":
-        return f"{key}: unknown key; {_nearest(key, rows)}"
+        return f"{key}: unknown key; {_nearest(key, kinds, rows)}"
     given = detail["input"]
     if detail["type"].startswith("union_tag"):
-        key, given = f"{key}.kind", detail.get("ctx", {}).get("tag")
-    kind = next((part for part in detail["loc"] if part in kinds), "")
-    choices = dict.fromkeys(row.allowed for row in rows if row.key == key and row.kind.startswith(str(kind)))
-    allowed = " or ".join(choices) or "a [section]"
+        context = detail.get("ctx", {})
+        key, given = f"{key}.{context['discriminator'].strip(chr(39))}", context.get("tag")
+    here = [row for row in rows if row.key == key and not _elsewhere(row, kinds)]
+    allowed = " or ".join(dict.fromkeys(row.allowed for row in here)) or "a [section]"
     missing = detail["type"] in {"missing", "union_tag_not_found"}
     return f"{key}: missing; give {allowed}" if missing else f"{key} = {_as_toml(given)} cannot be; give {allowed}"
 
 
-def _nearest(key: str, rows: tuple[SettingRow, ...]) -> str:
+def _place(location: tuple[int | str, ...], rows: tuple[SettingRow, ...]) -> tuple[str, tuple[Kind, ...]]:
+    """Key of an error, and the kinds of the sections around it, which stand behind their sections."""
+    choosing = {kind.key.rpartition(".")[0]: kind.key for row in rows for kind in row.kinds}
+    key, kinds, chosen = "", list[Kind](), False
+    for part in map(str, location):
+        chosen = key in choosing and not chosen
+        if chosen:
+            kinds.append(Kind(choosing[key], part))
+        else:
+            key = f"{key}.{part}" if key else part
+    return key, tuple(kinds)
+
+
+def _elsewhere(row: SettingRow, kinds: tuple[Kind, ...]) -> list[Kind]:
+    """Kinds that a row needs in place of those that are there."""
+    there = dict(kinds)
+    return [kind for kind in row.kinds if there.get(kind.key, kind.choice) != kind.choice]
+
+
+def _nearest(key: str, kinds: tuple[Kind, ...], rows: tuple[SettingRow, ...]) -> str:
     section = key.rpartition(".")[0]
+    wanted = [_elsewhere(row, kinds) for row in rows if row.key == key or row.key.startswith(f"{key}.")]
+    if wanted:
+        return f"it needs {' and '.join(map(str, min(wanted, key=len)))}; leave it out"
     keys = sorted({row.key for row in rows})
     near = difflib.get_close_matches(key, keys, n=1)
     if near:

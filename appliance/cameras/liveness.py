@@ -50,16 +50,14 @@ class Exposure(NamedTuple):
     repeated: bool
 
     @classmethod
-    def of(cls, pair: FramePair) -> Self:
-        """The exposure that a pair is."""
-        stamps = (pair.left_us, pair.right_us)
-        return cls((pair.left, pair.right), stamps, pair.exposed_monotonic_s, pair.dropped, pair.repeated)
-
-    @classmethod
-    def of_one(cls, frame: Frame) -> Self:
-        """The exposure that a picture of a single camera is."""
-        stamps = () if frame.device_us is None else (frame.device_us,)
-        return cls((frame.picture,), stamps, frame.exposed_monotonic_s, frame.dropped, frame.repeated)
+    def of(cls, exposed: FramePair | Frame) -> Self:
+        """The exposure that a pair is, or a picture of a single camera."""
+        if isinstance(exposed, FramePair):
+            pictures, stamps = (exposed.left, exposed.right), (exposed.left_us, exposed.right_us)
+        else:
+            pictures = (exposed.picture,)
+            stamps = () if exposed.device_us is None else (exposed.device_us,)
+        return cls(pictures, stamps, exposed.exposed_monotonic_s, exposed.dropped, exposed.repeated)
 
 
 class Verdict(NamedTuple):

@@ -88,7 +88,9 @@ def device_camera(pipeline: dai.Pipeline, settings: OakPictures) -> Cameras:
     device = _open(pipeline, settings.device)
     node = _camera(pipeline, device, settings.socket, settings, follows=False)
     output = node.requestFullResolutionOutput(dai.ImgFrame.Type.BGR888i)
-    return Cameras(outputs=(output,), same_device=True, devices=[device])
+    return Cameras(
+        outputs=(output,), same_device=True, devices=[device], controls=[node.inputControl.createInputQueue()]
+    )
 
 
 def _open(pipeline: dai.Pipeline, name: str) -> dai.Device:
@@ -173,6 +175,12 @@ class _Open:
             exposure_us=exposure_us or math.nan,
         )
 
+    def set_exposure(self, exposure_us: float, sensitivity_iso: int) -> None:
+        control = dai.CameraControl()
+        control.setManualExposure(round(exposure_us), sensitivity_iso)
+        for queue in self.cameras.controls:
+            queue.send(control)
+
     def temperature_c(self) -> float:
         """Of the hottest device, asked for now and then; NaN when it is not known."""
         now_s = time.monotonic()
@@ -227,10 +235,7 @@ class OakSource:
 
     def set_exposure(self, exposure_us: float) -> None:
         """Have the next pictures exposed for another time."""
-        control = dai.CameraControl()
-        control.setManualExposure(round(exposure_us), self._settings.sensitivity_iso)
-        for queue in self._open.cameras.controls:
-            queue.send(control)
+        self._open.set_exposure(exposure_us, self._settings.sensitivity_iso)
 
     def _newest(self, until_s: float) -> FramePair | None:
         """Wait for a picture of the camera that is behind, then take all that have come."""
@@ -295,4 +300,9 @@ class OakPictureSource:
             exposure_us=newest.exposure_us,
             dropped=number + 1 - self._delivered,
             device_us=newest.device_us,
+            temperature_c=self._open.temperature_c(),
         )
+
+    def set_exposure(self, exposure_us: float) -> None:
+        """Have the next pictures exposed for another time."""
+        self._open.set_exposure(exposure_us, self._settings.sensitivity_iso)

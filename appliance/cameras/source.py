@@ -85,6 +85,8 @@ class Frame:
         Pictures that the source had discarded, since it was opened, because a newer one was ready.
     device_us : int or None
         Device time stamp, µs; None where the source has none.
+    temperature_c : float
+        Of the camera, in degrees Celsius; NaN where the source cannot say.
     repeated : bool
         The source knows that this is the same stored picture as the one before; a camera never does.
     truth : dict or None
@@ -98,6 +100,7 @@ class Frame:
     exposure_us: float = float("nan")
     dropped: int = 0
     device_us: int | None = None
+    temperature_c: float = float("nan")
     repeated: bool = False
     truth: dict[str, object] | None = field(default=None, compare=False)
 

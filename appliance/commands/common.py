@@ -18,11 +18,6 @@ def add_config(command: argparse.ArgumentParser) -> None:
     command.add_argument("--config", type=Path, metavar="FILE", help="settings in TOML; without: the defaults")
 
 
-def add_recording_and_rig(command: argparse.ArgumentParser) -> None:
-    command.add_argument("recording", type=Path, metavar="RECORDING", help="folder with left and right pictures")
-    command.add_argument("--rig", type=Path, required=True, help="calibration from `hotgauge calibrate`")
-
-
 def one_of(known: Sequence[_Name], name: str, option: str) -> _Name:
     for one in known:
         if name == one:

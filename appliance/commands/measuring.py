@@ -22,7 +22,7 @@ def add_measure(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument("--edges", metavar="NAME", help="edge detector of virtual-board, forest unless given")
     command.add_argument("--fusion", metavar="NAME", help="views of virtual-board in one picture, none unless given")
-    command.add_argument("--plot", type=Path, metavar="DIR", help="folder for plots of virtual-board")
+    command.add_argument("--plot", type=Path, metavar="DIR", help="folder for plots of virtual-board or conveyor")
     conveyor = command.add_argument_group("of conveyor, whose ruler are two barriers along the line")
     conveyor.add_argument("--barrier-mm", type=float, metavar="W", help="between their inner faces")
     conveyor.add_argument("--barrier-height-mm", type=float, metavar="H", help="of their upper edges; better with it")
@@ -36,10 +36,12 @@ _OF_CONVEYOR = ("barrier_mm", "barrier_height_mm", "camera_height_mm", "backgrou
 
 def _run_conveyor(given: argparse.Namespace) -> None:
     from appliance.cameras.source import CameraError
+    from appliance.empty_line import EmptyLineError
     from appliance.measure_conveyor import measure_conveyor
+    from appliance.plots import PlotsMissingError
     from vision.calibration.conveyor_view import ConveyorReference
 
-    for option in ("rig", "edges", "fusion", "plot"):
+    for option in ("rig", "edges", "fusion"):
         if getattr(given, option) is not None:
             raise CommandError(f"--{option}: the conveyor method has none; leave it out")
     if given.barrier_mm is None:
@@ -57,8 +59,9 @@ def _run_conveyor(given: argparse.Namespace) -> None:
             reference,
             background=given.background,
             compensation_mm=given.compensation_mm or 0.0,
+            plots=given.plot,
         )
-    except CameraError as error:
+    except (CameraError, EmptyLineError, PlotsMissingError) as error:
         raise CommandError(str(error)) from error
 
 

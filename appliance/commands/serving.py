@@ -9,10 +9,11 @@ from pathlib import Path
 
 from appliance import service
 from appliance import settings as settings_file
-from appliance.camera_settings import RecordingCamera
-from appliance.commands.common import CommandError, add_config, add_recording_and_rig, whole_number
+from appliance.camera_settings import RecordedPictures, RecordingCamera
+from appliance.commands.common import CommandError, add_config, whole_number
 from appliance.kept import state_folder
 from appliance.settings import PlcSettings, Settings
+from appliance.sizing_settings import ConveyorSettings, SizingSettings
 from appliance.supervisor import StartRefusedError, Supervisor
 from plc.registers import REGISTERS
 
@@ -24,18 +25,31 @@ def run_gauge(given: argparse.Namespace) -> None:
 
 
 def add_replay(command: argparse.ArgumentParser) -> None:
-    add_recording_and_rig(command)
+    command.add_argument("recording", type=Path, metavar="RECORDING", help="folder with its pictures")
+    command.add_argument("--rig", type=Path, help="calibration from `hotgauge calibrate`; method conveyor has none")
     add_config(command)
 
 
 def run_replay(given: argparse.Namespace) -> None:
     def load() -> Settings:
         settings = settings_file.load(given.config)
-        camera = RecordingCamera(kind="recording", path=given.recording)
-        sizing = settings.sizing.model_copy(update={"camera": camera, "rig": given.rig})
+        sizing = _replayed(settings.sizing, given.recording, given.rig)
         return settings.model_copy(update={"sizing": sizing})
 
     _serve(load)
+
+
+def _replayed(
+    sizing: SizingSettings | ConveyorSettings, recording: Path, rig: Path | None
+) -> SizingSettings | ConveyorSettings:
+    """Settings with a recording in place of the camera."""
+    if isinstance(sizing, ConveyorSettings):
+        if rig is not None:
+            raise CommandError('--rig: sizing.method = "conveyor" has none; leave it out')
+        return sizing.model_copy(update={"camera": RecordedPictures(kind="recording", path=recording)})
+    if rig is None:
+        raise CommandError("--rig: the rig file of these cameras is missing; make it with hotgauge calibrate")
+    return sizing.model_copy(update={"camera": RecordingCamera(kind="recording", path=recording), "rig": rig})
 
 
 def _serve(load: Callable[[], Settings]) -> None:
@@ -79,9 +93,7 @@ def welcome(settings: Settings, port: int) -> list[str]:
     address = next(row.address for row in REGISTERS if row.name == "diameter")
     host = "127.0.0.1" if settings.plc.host in {"0.0.0.0", "::"} else settings.plc.host  # noqa: S104
     order = " -B" if settings.plc.word_order == "big" else ""
-    camera = settings.sizing.camera
-    sources = {"mill": "the simulated mill", "oak": "OAK cameras", "stream": "two streams"}
-    source = f"the recording {camera.path}" if isinstance(camera, RecordingCamera) else sources[camera.kind]
+    source = _source_in_words(settings.sizing)
     lines = [
         f"Hotgauge measures {source} and serves Modbus TCP on {settings.plc.host}:{port}",
         f"  live values      hotgauge poll {host} --port {port}",
@@ -92,6 +104,17 @@ def welcome(settings: Settings, port: int) -> list[str]:
     if settings.plc.writes != "none" and state_folder(settings.plc) is None:
         lines.append("  set points       kept in memory only; set plc.state_directory to keep them over a restart")
     return lines
+
+
+PAIRS = {"mill": "the simulated mill", "oak": "OAK cameras", "stream": "two streams"}
+SINGLE = {"mill": "the simulated thermal line", "oak": "an OAK camera", "stream": "a stream"}
+
+
+def _source_in_words(sizing: SizingSettings | ConveyorSettings) -> str:
+    camera = sizing.camera
+    if isinstance(camera, (RecordingCamera, RecordedPictures)):
+        return f"the recording {camera.path}"
+    return (SINGLE if isinstance(sizing, ConveyorSettings) else PAIRS)[camera.kind]
 
 
 def add_check_config(command: argparse.ArgumentParser) -> None:

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from appliance.mill.bars import Bar, truth
+from appliance.mill.bars import Bar, bar_at, truth
 from appliance.mill.rig import TrueCamera, look_at
 from appliance.mill.sensor import Blur, Light, NoiseStock, blurred_step
 from appliance.mill.silhouette import Glow, silhouette
@@ -72,17 +72,17 @@ class ThermalLine:
         """Grey pictures, shape (rows, columns): `empty` of the line without the bar, then `frames` with it."""
         rays = self.camera.rays(self.camera.pixel_grid())
         light = self.line_light(rays)
-        with_bar = light if self.bar is None else self._with_bar(light, rays.astype(np.float32), self.bar)
+        with_bar = light if self.bar is None else self.with_bar(light, rays.astype(np.float32), self.bar)
         stock = NoiseStock(light.shape, self.seed)
         starts = np.random.default_rng([self.seed, 0x7468]).integers(NoiseStock.EXTRA, size=empty + frames)
         return [
-            self._exposed(light if number < empty else with_bar, stock.cut(int(start)))
+            self.exposed(light if number < empty else with_bar, stock.cut(int(start)))
             for number, start in enumerate(starts)
         ]
 
     def line_light(self, rays: NDArray[np.float64]) -> Light:
         """Light of the empty line, shape (rows, columns), for unit rays (rows, columns, 3)."""
-        _, y = self._on_plane(rays, 0.0)
+        _, y = self.on_plane(rays, 0.0)
         light = FLOOR * (1 - FADING_PER_M * y / 1000)
         for side in ("left", "right"):
             light += self._barrier_light(rays, side)
@@ -97,13 +97,13 @@ class ThermalLine:
         face_shows = np.maximum(beyond_foot - beyond_inner, 0)
         added = (FACE - FLOOR) * face_shows + (TOP - FLOOR) * (beyond_inner - beyond_outer)
         if side == self.hidden:
-            _, y = self._on_plane(rays, self.height_mm)
+            _, y = self.on_plane(rays, self.height_mm)
             added *= 1 - self._blurred(y - self.hidden_from_mm)
         return added
 
     def _beyond(self, rays: NDArray[np.float64], side: Barrier, from_middle_mm: float, z_mm: float) -> Light:
         """Blurred part of each pixel that is farther out than an edge along the line at a height."""
-        x, y = self._on_plane(rays, z_mm)
+        x, y = self.on_plane(rays, z_mm)
         if side == "left":
             x = -x + self.warp_mm * np.sin(2 * np.pi * y / self.warp_length_mm)
         return self._blurred(x - from_middle_mm)
@@ -115,13 +115,14 @@ class ThermalLine:
         core, halo = (blurred_step(distance_px / sigma) for sigma in (self.blur.core_px, self.blur.halo_px))
         return (core + self.blur.halo_part * (halo - core)).astype(np.float32)
 
-    def _on_plane(self, rays: NDArray[np.float64], z_mm: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def on_plane(self, rays: NDArray[np.float64], z_mm: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """X and y at which rays meet a level plane; the camera looks down, so that all do."""
         centre_mm = self.camera.centre_mm
         points = centre_mm + rays * ((z_mm - centre_mm[2]) / rays[..., 2:])
         return points[..., 0], points[..., 1]
 
-    def _with_bar(self, light: Light, rays: Light, bar: Bar) -> Light:
+    def with_bar(self, light: Light, rays: Light, bar: Bar) -> Light:
+        """Light of the line with a bar on it, for unit rays as in `line_light`."""
         seen = silhouette(self.camera.centre_mm, rays, bar, GLOW, self.blur)
         if seen is None:
             return light
@@ -131,17 +132,58 @@ class ThermalLine:
         part += np.float32(BAR) * seen.glow
         return light
 
-    def _exposed(self, light: Light, noise: Light) -> Picture:
+    def exposed(self, light: Light, noise: Light) -> Picture:
+        """Picture of light, with standard normal noise of its shape."""
         return np.rint(255 * np.clip(light + np.float32(self.noise) * noise, 0, 1)).astype(np.uint8)
 
 
-def thermal_camera(height_mm: float = 2600.0, back_mm: float = 800.0, roll_deg: float = 0.0) -> TrueCamera:
-    """Camera over the middle of the line, `back_mm` before the place it looks at; about 4.8 mm per pixel."""
+class ThermalSequence:
+    """Pictures of a line on which bars pass, drawn one by one; the same seed gives the same pictures.
+
+    Parameters
+    ----------
+    line : ThermalLine
+        Its own bar does not count.
+    """
+
+    def __init__(self, line: ThermalLine) -> None:
+        self._line = line
+        rays = line.camera.rays(line.camera.pixel_grid())
+        self._light = line.line_light(rays)
+        self._rays = rays.astype(np.float32)
+        y = line.on_plane(rays[:, rays.shape[1] // 2], 0.0)[1]
+        self._region_y_mm = float(y.min()), float(y.max())
+        self._stock = NoiseStock(self._light.shape, line.seed)
+
+    def empty(self, number: int) -> Picture:
+        """Picture of the line before the first bar, grey, shape (rows, columns)."""
+        return self._exposed(self._light, -1 - number)
+
+    def picture(self, number: int) -> tuple[Picture, dict[str, object]]:
+        """Picture of a frame, grey, shape (rows, columns), and what is true of it."""
+        bar = bar_at(self._line.seed, number)
+        light = self._light if bar is None else self._line.with_bar(self._light, self._rays, bar)
+        return self._exposed(light, number), truth(bar, self._region_y_mm)
+
+    def _exposed(self, light: Light, number: int) -> Picture:
+        start = np.random.default_rng([self._line.seed, number % 2**32]).integers(NoiseStock.EXTRA)
+        return self._line.exposed(light, self._stock.cut(int(start)))
+
+
+def thermal_camera(
+    height_mm: float = 2600.0, back_mm: float = 800.0, roll_deg: float = 0.0, aside_deg: float = 0.0
+) -> TrueCamera:
+    """Camera over the middle of the line, `back_mm` before the place it looks at; about 4.8 mm per pixel.
+
+    It is turned about its own upright axis by `aside_deg`: then it looks across the line.
+    """
     columns, rows = IMAGE_SIZE
     focal_px = math.hypot(height_mm, back_mm) / 4.8
     R, t = look_at(np.array([0.0, -back_mm, height_mm]), np.array([0.0, 0.0, 0.0]), math.radians(roll_deg))
     K = np.array([[focal_px, 0, (columns - 1) / 2], [0, focal_px, (rows - 1) / 2], [0, 0, 1.0]])
-    return TrueCamera(K, np.zeros(5), R, t, IMAGE_SIZE)
+    cos, sin = math.cos(math.radians(aside_deg)), math.sin(math.radians(aside_deg))
+    aside = np.array([[cos, 0, -sin], [0, 1, 0], [sin, 0, cos]])
+    return TrueCamera(K, np.zeros(5), aside @ R, aside @ t, IMAGE_SIZE)
 
 
 def random_thermal_line(seed: int) -> ThermalLine:

@@ -8,6 +8,8 @@ import math
 import threading
 import time
 
+from pydantic import TypeAdapter
+
 from appliance.camera_settings import (
     MillPictures,
     NoCamera,
@@ -38,7 +40,7 @@ TOLD_AGAIN = 4  # ingots: more are not decided in the time of a few lost message
 
 def main() -> None:
     """Read pictures until the supervisor closes the link, or is gone."""
-    serve(IngotSettings, run)
+    serve(TypeAdapter(IngotSettings), run)
 
 
 def run(settings: IngotSettings, link: StationLink, closed: threading.Event) -> None:
@@ -76,7 +78,7 @@ def _read(settings: IngotSettings, ingots: "IngotReporter", link: StationLink, c
         liveness = Liveness(settings.liveness, time.monotonic(), numbered=source.simulated)
         while not closed.is_set():
             frame = source.next(PICTURE_TIMEOUT_S)
-            verdict = liveness.look(frame and Exposure.of_one(frame), time.monotonic())
+            verdict = liveness.look(frame and Exposure.of(frame), time.monotonic())
             if frame is None or not verdict.counts:
                 tell_lost(verdict, link, opens_again=not source.simulated)
                 continue

@@ -14,32 +14,36 @@ from importlib import import_module
 from types import ModuleType
 from typing import TypeVar
 
+from pydantic import TypeAdapter
+
 from appliance.cameras.liveness import Verdict
 from appliance.cameras.source import CameraError
 from appliance.ingot_settings import IngotSettings
-from appliance.settings import SizingSettings
+from appliance.sizing_settings import ConveyorSettings, SizingSettings
 from appliance.stations.limits import EXIT_OUT_OF_MEMORY, limit_process
 from appliance.stations.link import StateMessage, StationLink
 
 LEAVE_TIME_S = 2.0
 REOPEN_AFTER_S = 5.0  # cameras whose pictures have not counted for so long are opened again
 
-SettingsT = TypeVar("SettingsT", SizingSettings, IngotSettings)
+SettingsT = TypeVar("SettingsT", bound=SizingSettings | ConveyorSettings | IngotSettings)
 
 
-def serve(settings_type: type[SettingsT], run: Callable[[SettingsT, StationLink, threading.Event], None]) -> None:
+def serve(
+    settings_type: TypeAdapter[SettingsT], run: Callable[[SettingsT, StationLink, threading.Event], None]
+) -> None:
     """Measure until the supervisor closes the link, or is gone.
 
     Parameters
     ----------
-    settings_type : type
-        Section that the first line of the link holds.
+    settings_type : TypeAdapter
+        Of the section that the first line of the link holds.
     run : callable
         Gets the settings, the link, and an event that is set when nobody listens any more.
     """
     connection = socket.socket(fileno=int(sys.argv[1]))
     with connection, connection.makefile("rb") as lines:
-        settings = settings_type.model_validate_json(lines.readline())
+        settings = settings_type.validate_json(lines.readline())
         limit_process(settings.memory_max_mb)
         closed = threading.Event()
         threading.Thread(target=_wait_for_close, args=(connection, closed), daemon=True).start()

@@ -3,21 +3,36 @@
 The supervisor runs it as `python -m appliance.stations.sizing DESCRIPTOR`; see `appliance.stations.process`.
 """
 
+import contextlib
 import math
 import threading
 import time
+from collections.abc import Callable, Generator
 from functools import partial
+from typing import Protocol, TypeAlias
+
+from pydantic import TypeAdapter
 
 from appliance.camera_settings import MillCamera, OakCamera, RecordingCamera, StreamCamera
 from appliance.cameras.liveness import Exposure, Liveness
 from appliance.cameras.mill import MillSource
 from appliance.cameras.recording import RecordingSource
-from appliance.cameras.source import Adjustable, CameraError, EndOfRecording, FramePair, PairSource
+from appliance.cameras.source import (
+    Adjustable,
+    CameraError,
+    EndOfRecording,
+    Frame,
+    FramePair,
+    PairSource,
+    PictureSource,
+)
 from appliance.cameras.stream import StreamSource
+from appliance.empty_line import EmptyLineError
 from appliance.exposure import ExposureGuard
 from appliance.gauging import TimedGauge, mill_rig
 from appliance.rigs import RigError, load_rig
-from appliance.settings import SizingSettings
+from appliance.sizing_settings import ConveyorSettings, Sizing, SizingSettings
+from appliance.stations.conveyor import conveyor_gauge, conveyor_source
 from appliance.stations.link import ReadingMessage, StateMessage, StationLink
 from appliance.stations.process import fault, oak, serve, tell_lost
 from vision.readings import SizeReading
@@ -28,18 +43,30 @@ PAUSE_S = 1.0
 WARM_UP_TIME_S = 120.0  # longest time that compiling may take, on a slow computer with nothing on its disk yet
 WARMING_PERIOD_S = 2.0
 
+AnySettings: TypeAlias = SizingSettings | ConveyorSettings
+AnySource: TypeAlias = PairSource | PictureSource
+
+
+class _TimedGauge(Protocol):
+    """A gauge with its clock; `measure` takes the pictures of one exposure, left first."""
+
+    @property
+    def measure(self) -> Callable[..., tuple[SizeReading, float]]: ...
+
+    def warm_up(self) -> None: ...
+
 
 def main() -> None:
     """Measure until the supervisor closes the link, or is gone."""
-    serve(SizingSettings, run)
+    serve(TypeAdapter[AnySettings](Sizing), run)
 
 
-def run(settings: SizingSettings, link: StationLink, closed: threading.Event) -> None:
+def run(settings: AnySettings, link: StationLink, closed: threading.Event) -> None:
     """Measure until `closed`; equipment trouble is reported and tried again after a pause.
 
     Parameters
     ----------
-    settings : SizingSettings
+    settings : SizingSettings or ConveyorSettings
     link : StationLink
     closed : threading.Event
         Set when nobody listens any more.
@@ -53,32 +80,37 @@ def run(settings: SizingSettings, link: StationLink, closed: threading.Event) ->
             link.send(fault(error.fault, str(error)))
         except RigError as error:
             link.send(fault("rig_unusable", str(error)))
+        except EmptyLineError as error:
+            link.send(fault("empty_line_unusable", str(error)))
         closed.wait(PAUSE_S)
 
 
-def _measure(settings: SizingSettings, link: StationLink, closed: threading.Event) -> None:
+def _measure(settings: AnySettings, link: StationLink, closed: threading.Event) -> None:
     source = source_of(settings)
-    gauge = _gauge(settings, source, link)
-    _warm_up(gauge, link)
+    with _warming(link):
+        gauge = _gauge(settings, source, link)
+        gauge.warm_up()
     with source:
         liveness = Liveness(settings.liveness, time.monotonic(), numbered=source.simulated)
         guard = ExposureGuard(settings.exposure, adjustable=isinstance(source, Adjustable))
         while not closed.is_set():
-            pair = source.next(PAIR_TIMEOUT_S)
-            verdict = liveness.look(pair and Exposure.of(pair), time.monotonic())
-            if pair is None or not verdict.counts:
+            exposed = source.next(PAIR_TIMEOUT_S)
+            exposure = exposed and Exposure.of(exposed)
+            verdict = liveness.look(exposure, time.monotonic())
+            if exposed is None or exposure is None or not verdict.counts:
                 tell_lost(verdict, link, opens_again=not source.simulated)
                 continue
-            reading, elapsed_ms = gauge.measure(pair.left, pair.right)
+            reading, elapsed_ms = gauge.measure(*exposure.pictures)
             message = to_message(
-                reading, pair, elapsed_ms, dropped=pair.dropped + link.dropped, simulated=source.simulated
+                reading, exposed, elapsed_ms, dropped=exposed.dropped + link.dropped, simulated=source.simulated
             )
-            faults = verdict.faults | _exposure_faults(guard, reading, pair, source) | _heat(settings, pair)
+            faults = verdict.faults | _exposure_faults(guard, reading, exposed, source) | _heat(settings, exposed)
             link.send(message.model_copy(update={"faults": faults}))
 
 
-def _warm_up(gauge: TimedGauge[SizeReading], link: StationLink) -> None:
-    """Compile what measuring needs; the supervisor hears of it, but not for ever, since compiling might hang too."""
+@contextlib.contextmanager
+def _warming(link: StationLink) -> Generator[None]:
+    """Tell the supervisor that code is compiled, but not for ever, since compiling might hang too."""
     warm = threading.Event()
 
     def tell() -> None:
@@ -90,28 +122,34 @@ def _warm_up(gauge: TimedGauge[SizeReading], link: StationLink) -> None:
     teller = threading.Thread(target=tell, daemon=True)
     teller.start()
     try:
-        gauge.warm_up()
+        yield
     finally:
         warm.set()
         teller.join()
 
 
-def _exposure_faults(guard: ExposureGuard, reading: SizeReading, pair: FramePair, source: PairSource) -> dict[str, str]:
+def _exposure_faults(
+    guard: ExposureGuard, reading: SizeReading, exposed: FramePair | Frame, source: AnySource
+) -> dict[str, str]:
     """Adjust the exposure where that is possible, and tell what is wrong with it where it is not."""
-    advice = guard.look(reading.clipped_share, reading.limb_light, pair.exposure_us, time.monotonic())
+    advice = guard.look(reading.clipped_share, reading.limb_light, exposed.exposure_us, time.monotonic())
     if isinstance(source, Adjustable) and math.isfinite(advice.exposure_us):
         source.set_exposure(advice.exposure_us)
     return advice.faults
 
 
-def _heat(settings: SizingSettings, pair: FramePair) -> dict[str, str]:
-    if pair.temperature_c > settings.camera_temperature_max_c:  # not so when it is not known
-        return {"camera_hot": f"{pair.temperature_c:.0f} °C, {settings.camera_temperature_max_c:g} °C at most"}
+def _heat(settings: AnySettings, exposed: FramePair | Frame) -> dict[str, str]:
+    if exposed.temperature_c > settings.camera_temperature_max_c:  # not so when it is not known
+        return {"camera_hot": f"{exposed.temperature_c:.0f} °C, {settings.camera_temperature_max_c:g} °C at most"}
     return {}
 
 
-def source_of(settings: SizingSettings) -> PairSource:
-    """The source of image pairs that the settings name, not opened yet."""
+def source_of(settings: AnySettings) -> AnySource:
+    """The source of pictures that the settings name, not opened yet."""
+    return conveyor_source(settings.camera) if isinstance(settings, ConveyorSettings) else _pair_source(settings)
+
+
+def _pair_source(settings: SizingSettings) -> PairSource:
     camera = settings.camera
     match camera:
         case RecordingCamera():
@@ -124,13 +162,15 @@ def source_of(settings: SizingSettings) -> PairSource:
             return MillSource(camera.seed, camera.rate_hz, camera.prepared_frames)
 
 
-def _gauge(settings: SizingSettings, source: PairSource, link: StationLink) -> TimedGauge[SizeReading]:
+def _gauge(settings: AnySettings, source: AnySource, link: StationLink) -> _TimedGauge:
+    if isinstance(settings, ConveyorSettings):
+        return conveyor_gauge(settings, source)
     gauge = partial(Gauge, ovality_mm=settings.ovality_mm)
     if settings.rig is not None:
-        return TimedGauge(load_rig(settings.rig), str(settings.rig), gauge)
+        return TimedGauge[SizeReading](load_rig(settings.rig), str(settings.rig), gauge)
     if isinstance(source, MillSource):
         link.send(StateMessage(state="starting"))
-        return TimedGauge(mill_rig(source), "rig of the simulated mill", gauge)
+        return TimedGauge[SizeReading](mill_rig(source), "rig of the simulated mill", gauge)
     raise RigError("sizing.rig is not set; make a rig file with `hotgauge calibrate` and set it")
 
 
@@ -140,25 +180,25 @@ def _stay_at_end(link: StationLink, closed: threading.Event, detail: str) -> Non
 
 
 def to_message(
-    reading: SizeReading, pair: FramePair, elapsed_ms: float, *, dropped: int, simulated: bool
+    reading: SizeReading, exposed: FramePair | Frame, elapsed_ms: float, *, dropped: int, simulated: bool
 ) -> ReadingMessage:
     """What is said to the supervisor of one reading.
 
     Parameters
     ----------
     reading : SizeReading
-    pair : FramePair
-        The pair that was measured.
+    exposed : FramePair or Frame
+        What was measured.
     elapsed_ms : float
         Time that measuring took.
     dropped : int
-        Pairs and messages discarded so far.
+        Exposures and messages discarded so far.
     simulated : bool
     """
     return ReadingMessage(
-        sequence=pair.sequence,
-        exposed_monotonic_s=pair.exposed_monotonic_s,
-        exposed_utc_ms=pair.exposed_utc_ms,
+        sequence=exposed.sequence,
+        exposed_monotonic_s=exposed.exposed_monotonic_s,
+        exposed_utc_ms=exposed.exposed_utc_ms,
         elapsed_ms=elapsed_ms,
         dropped=dropped,
         simulated=simulated,

@@ -64,6 +64,24 @@ def test_a_bar_is_as_thick_as_the_cylinder_that_its_tangents_touch(roll_deg, rad
     assert diameters_mm(view, *ends) == pytest.approx(2 * radius_mm, abs=0.15 if roll_deg else 1e-6)
 
 
+@pytest.mark.parametrize("aside_deg", [-5.0, 4.0])
+def test_a_camera_that_looks_across_the_line_is_exact_where_its_place_between_the_barriers_is_known(aside_deg):
+    camera = thermal_camera(CAMERA_MM, 800.0, 2.0, aside_deg)
+    reference = ConveyorReference(500.0, None, CAMERA_MM)
+    blind = conveyor_view(drawn_barriers(camera, 500.0), reference, edge_mm=0.0)
+    view = replace(blind, across_mm=0.0)  # the camera hangs over the middle
+    radius_mm, across_mm = 80.0, np.sign(aside_deg) * 60.0
+    to_axis, half = np.arctan2(across_mm, CAMERA_MM - radius_mm), np.arcsin(radius_mm / np.hypot(across_mm, 2520.0))
+    ends = []
+    for side in (-1, 1):
+        x = CAMERA_MM * np.tan(to_axis + side * half)
+        points = np.array([[x, -200.0, 0.0], [x, 300.0, 0.0]])
+        ends.append(cv2.projectPoints(points, cv2.Rodrigues(camera.R)[0], camera.t, camera.K, None)[0][:, 0])
+    assert diameters_mm(view, *ends) == pytest.approx(2 * radius_mm, abs=1e-6)
+    assert np.degrees(abs(view.tilt_rad)) == pytest.approx(abs(aside_deg), abs=0.5)
+    assert np.abs(diameters_mm(blind, *ends) - 2 * radius_mm).min() > 0.3, "taken for a rolled one"
+
+
 def test_the_vanishing_point_tells_the_cameras_height_when_the_lens_is_known():
     camera = thermal_camera(2900.0, 1100.0)
     focal_share = camera.K[0, 0] / camera.image_size[0]
@@ -114,11 +132,51 @@ def test_a_bar_at_a_barrier_would_be_wrong_if_nobody_looked(monkeypatch):
     assert not reading.valid or abs(reading.diameter_mm - BAR.diameter_mm) > reading.expanded_uncertainty_mm
 
 
+def moved_since(line):
+    """A gauge whose background was taken before the camera sank by 1.5 %, and a picture taken after."""
+    sunk = replace(line, camera=replace(thermal_camera(0.985 * CAMERA_MM, 0.985 * 800.0), K=line.camera.K))
+    return ConveyorGauge(line.pictures(2, 0), reference_of(line)).measure(sunk.pictures(0, 1)[0])
+
+
+def test_a_camera_that_has_moved_since_its_background_gives_no_value():
+    reading = moved_since(line_of())
+    assert not reading.valid
+    assert reading.reasons == Reason.CAMERA_MOVED
+
+
+def test_a_camera_that_has_moved_would_be_wrong_if_nobody_looked(monkeypatch):
+    monkeypatch.setattr(conveyor, "MOVED_PX", np.inf)
+    reading = moved_since(line_of())
+    assert abs(reading.diameter_mm - BAR.diameter_mm) > max(2 * reading.expanded_uncertainty_mm, 1.0)
+
+
+def test_a_barrier_that_something_hides_while_a_bar_is_there_gives_no_value():
+    line = line_of()
+    reading = ConveyorGauge(line.pictures(2, 0), reference_of(line)).measure(
+        replace(line, hidden="left", hidden_from_mm=-5000.0).pictures(0, 1)[0]
+    )
+    assert not reading.valid
+    assert Reason.BARRIER_HIDDEN in reading.reasons
+
+
 @pytest.mark.parametrize("roll_deg", [-3.0, 3.0])
 def test_a_camera_that_is_rolled_measures_as_well(roll_deg):
     reading = measured(line_of(thermal_camera(CAMERA_MM, 800.0, roll_deg)))
     assert reading.valid
     assert abs(reading.diameter_mm - BAR.diameter_mm) <= reading.expanded_uncertainty_mm
+
+
+@pytest.mark.parametrize("aside_deg", [-5.0, -3.0, 3.0, 5.0])
+@pytest.mark.parametrize("known", ["barriers' and camera's height", "barriers' height", "nothing"])
+def test_a_camera_that_looks_across_the_line_measures_as_well(aside_deg, known):
+    line = line_of(thermal_camera(CAMERA_MM, 800.0, 1.0, aside_deg), bar=replace(BAR, offset_mm=-60.0))
+    height_mm = None if known == "nothing" else line.height_mm
+    camera_mm = CAMERA_MM if known.endswith("camera's height") else None
+    pictures = line.pictures(3, 1)
+    reading = ConveyorGauge(pictures[:3], ConveyorReference(500.0, height_mm, camera_mm)).measure(pictures[3])
+    assert reading.valid
+    assert abs(reading.diameter_mm - BAR.diameter_mm) <= reading.expanded_uncertainty_mm
+    assert reading.expanded_uncertainty_mm < (5.0 if known == "nothing" else 0.6)
 
 
 def test_barriers_are_upright_and_at_one_distance_in_a_homographic_picture():

@@ -15,7 +15,7 @@ def test_every_picture_of_a_recorded_ingot_line_counts(recordings, sequence):
     with PictureRecordingSource(recordings / "ingot_line" / sequence, rate_hz=0, loop=False) as source:
         for _ in range(40):
             frame = source.next(1.0)
-            assert liveness.look(Exposure.of_one(frame), frame.exposed_monotonic_s).counts
+            assert liveness.look(Exposure.of(frame), frame.exposed_monotonic_s).counts
 
 
 def test_a_camera_that_shows_the_same_picture_again_is_frozen(recordings):
@@ -24,7 +24,7 @@ def test_a_camera_that_shows_the_same_picture_again_is_frozen(recordings):
         frame = source.next(1.0)
     verdicts = [
         liveness.look(
-            Exposure.of_one(dataclasses.replace(frame, exposed_monotonic_s=number * 0.2, device_us=number)),
+            Exposure.of(dataclasses.replace(frame, exposed_monotonic_s=number * 0.2, device_us=number)),
             number * 0.2,
         )
         for number in range(10)

@@ -1,9 +1,13 @@
 """What `measure --plot` draws, looked at as a picture: there, not empty, and one for every kind."""
 
 import cv2
+import numpy as np
 import pytest
 
 from appliance import cli
+from appliance.mill.bars import Bar
+from appliance.mill.thermal import ThermalLine, thermal_camera
+from appliance.mill.writer import write_thermal_recording
 
 
 @pytest.fixture(scope="module")
@@ -47,3 +51,26 @@ def test_a_typo_is_one_sentence(line, capsys, options, said):
     assert said in error
     assert error.count("\n") == 1
     assert not (line / "x.csv").exists()
+
+
+def test_a_conveyor_is_measured_and_drawn(tmp_path):
+    line = ThermalLine(thermal_camera(), bar=Bar(165.0, 20.0), seed=1)
+    write_thermal_recording(tmp_path / "thermal", line, empty=2, frames=3)
+    output, plots = tmp_path / "sizes.csv", tmp_path / "plots"
+    words = ["measure", str(tmp_path / "thermal"), "--method", "conveyor", "--barrier-mm", "500"]
+    assert cli.main([*words, "--output", str(output), "--plot", str(plots)]) == 0
+    assert len(output.read_text().splitlines()) == 6
+    pictures = {path.name: cv2.imread(str(path)) for path in plots.iterdir()}
+    assert set(pictures) == {"experiments.png", "frames.png"}
+    assert all(picture.std() > 5 for picture in pictures.values())
+    left, right = np.array_split(pictures["experiments.png"], 2, axis=1)
+    for half in (left, right):  # two experiments each, in the colours of the first two
+        for colour in ((180, 119, 31), (14, 127, 255)):
+            assert np.count_nonzero((np.abs(half.astype(int) - colour) < 30).all(axis=2)) > 100
+
+
+def test_a_conveyor_without_any_bar_is_drawn_too(tmp_path):
+    write_thermal_recording(tmp_path / "thermal", ThermalLine(thermal_camera(), seed=1), empty=2, frames=1)
+    words = ["measure", str(tmp_path / "thermal"), "--method", "conveyor", "--barrier-mm", "500"]
+    assert cli.main([*words, "--output", str(tmp_path / "x.csv"), "--plot", str(tmp_path / "plots")]) == 0
+    assert len(list((tmp_path / "plots").iterdir())) == 2

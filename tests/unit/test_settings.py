@@ -1,8 +1,10 @@
 from pathlib import Path
 
 import pytest
+from pydantic import TypeAdapter
 
 from appliance.settings import Settings, SettingsError, SizingSettings, in_force, load, table
+from appliance.sizing_settings import Sizing
 
 
 def written(folder: Path, text: str) -> Path:
@@ -43,6 +45,21 @@ def test_settings_survive_the_way_to_the_measuring_process(tmp_path):
     assert SizingSettings.model_validate_json(sizing.model_dump_json()) == sizing
 
 
+CONVEYOR = '[sizing]\nmethod = "conveyor"\n[sizing.conveyor]\nbarrier_mm = 500\n'
+
+
+def test_a_conveyor_takes_a_single_camera_and_what_check_config_shows_can_be_loaded_again(tmp_path):
+    settings = load(written(tmp_path, CONVEYOR + 'background = "empty.png"\n[sizing.camera]\nkind = "oak"\n'))
+    assert settings.sizing.camera.socket == "CAM_A"
+    assert settings.sizing.conveyor.background == tmp_path / "empty.png"
+    rows = [row.key for row, _ in in_force(settings)]
+    assert "sizing.rig" not in rows
+    assert len(set(rows)) == len(rows)
+    again = load(written(tmp_path, "\n".join(f"{row.key} = {value}" for row, value in in_force(settings) if value)))
+    assert again == settings
+    assert TypeAdapter(Sizing).validate_json(settings.sizing.model_dump_json()) == settings.sizing
+
+
 @pytest.mark.parametrize(
     ("text", "parts"),
     [
@@ -64,7 +81,19 @@ def test_settings_survive_the_way_to_the_measuring_process(tmp_path):
         ('[sizing.camera]\nkind = "recording"', ("sizing.camera.path", "missing", "a path")),
         ('[sizing.camera]\nkind = "mill"\nrate_hz = 0', ("sizing.camera.rate_hz = 0", "above 0 up to 60 1/s")),
         ('[sizing.camera]\nkind = "mill"\nrate_hz = nan', ("sizing.camera.rate_hz = nan", "above 0 up to 60")),
-        ('[sizing.camera]\nkind = "mill"\nloop = true', ("sizing.camera.loop", "unknown key")),
+        ('[sizing.camera]\nkind = "mill"\nloop = true', ("sizing.camera.loop", "unknown key", 'kind = "recording"')),
+        ('[sizing]\nmethod = "conveyer"', ('sizing.method = "conveyer"', '"conveyor" or "tangent"')),
+        ('[sizing]\nmethod = "conveyor"', ("sizing.conveyor", "missing", "a [section]")),
+        (CONVEYOR.replace("barrier_mm", "barrier_height_mm"), ("sizing.conveyor.barrier_mm", "missing", "mm")),
+        (
+            CONVEYOR.replace("[", 'rig = "rig.json"\n[', 2).replace('rig = "rig.json"\n', "", 1),
+            ("sizing.rig", "unknown key", 'sizing.method = "tangent"'),
+        ),
+        (
+            CONVEYOR + '[sizing.camera]\nkind = "stream"\nleft = "a"\nright = "b"',
+            ("sizing.camera.left", "unknown key", 'sizing.method = "tangent"', "sizing.camera.address", "missing"),
+        ),
+        ("[sizing.conveyor]\nbarrier_mm = 500", ("sizing.conveyor", "unknown key", 'sizing.method = "conveyor"')),
         ("[plc\n", ("not well-formed TOML", "line 1")),
     ],
 )
@@ -108,19 +137,32 @@ def test_every_setting_has_text_bounds_and_a_key_of_its_own():
 
 
 REQUIRED = {
-    ("sizing.camera", "recording"): 'path = "x"\n',
-    ("ingot.camera", "recording"): 'path = "x"\n',
-    ("sizing.camera", "stream"): 'left = "a"\nright = "b"\n',
-    ("ingot.camera", "stream"): 'address = "a"\n',
+    ("sizing.method", "conveyor"): "sizing.conveyor.barrier_mm = 500\n",
+    ("sizing.camera.kind", "conveyor, recording"): 'sizing.camera.path = "x"\n',
+    ("sizing.camera.kind", "tangent, recording"): 'sizing.camera.path = "x"\n',
+    ("ingot.camera.kind", "recording"): 'ingot.camera.path = "x"\n',
+    ("sizing.camera.kind", "conveyor, stream"): 'sizing.camera.address = "a"\n',
+    ("sizing.camera.kind", "tangent, stream"): 'sizing.camera.left = "a"\nsizing.camera.right = "b"\n',
+    ("ingot.camera.kind", "stream"): 'ingot.camera.address = "a"\n',
 }
 NUMBERS = [row for row in table() if "number" in row.allowed]
+
+
+def head_of(row) -> str:
+    """Lines that make a row count; dotted keys, which may stand in any order."""
+    lines = [f'{kind.key} = "{kind.choice}"\n' for kind in row.kinds]
+    lines += [
+        text
+        for (key, kind), text in REQUIRED.items()
+        if key in {one.key for one in row.kinds} and (kind == row.kind or kind == row.kinds[0].choice)
+    ]
+    return "".join(line for line in lines if not line.startswith(f"{row.key} ="))
 
 
 @pytest.mark.parametrize("row", NUMBERS, ids=lambda row: f"{row.key}-{row.kind}")
 def test_the_bounds_in_the_table_are_the_bounds_that_hold(tmp_path, row):
     *_, lower, _, upper = row.allowed.removesuffix(row.unit).replace(" up ", " ").split()
-    section, _, name = row.key.rpartition(".")
-    head = f"[{section}]\n" + (f'kind = "{row.kind}"\n{REQUIRED.get((section, row.kind), "")}' if row.kind else "")
+    head, name = head_of(row), row.key
     load(written(tmp_path, f"{head}{name} = {upper}"))
     too_low = float(lower) if "above" in row.allowed else int(lower) - 1
     for outside in (int(upper) + 1, too_low):

@@ -3,7 +3,6 @@ import select
 import socket
 import subprocess
 import sys
-import threading
 from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -12,6 +11,7 @@ import cv2
 import numpy as np
 import pytest
 from mill_scenes import perfect_rig
+from station_thread import Station
 
 from appliance.camera_settings import ExposureSettings
 from appliance.cameras.mill import MillSource
@@ -22,7 +22,7 @@ from appliance.mill.scenes import draw
 from appliance.rigs import RigError, load_rig, save_rig
 from appliance.settings import SizingSettings
 from appliance.stations import process, sizing
-from appliance.stations.link import Message, ReadingMessage, StateMessage, StationLink, parse
+from appliance.stations.link import ReadingMessage, StateMessage
 from vision.sizing.gauge import Gauge
 from vision.sizing.tangent import TangentGauge
 
@@ -47,48 +47,13 @@ def recording(tmp_path) -> Path:
     return tmp_path
 
 
-class Station:
-    """The loop of the measuring process in a thread, and the supervisor's end of its link."""
-
-    def __init__(self, settings: SizingSettings) -> None:
-        ours, self._theirs = socket.socketpair()
-        ours.settimeout(60)  # the first of all compiles
-        self._lines = ours.makefile("rb")
-        ours.close()
-        self.closed = threading.Event()
-        self.thread = threading.Thread(target=sizing.run, args=(settings, StationLink(self._theirs), self.closed))
-        self.thread.start()
-
-    def hear(self) -> Message:
-        """The next message that says more than that code is being compiled."""
-        while (message := self.hear_any()) == StateMessage(state="warming"):
-            pass
-        return message
-
-    def hear_any(self) -> Message:
-        return parse(self._lines.readline())
-
-    def hear_until(self, kind: type[Message]) -> Message:
-        for _ in range(50):
-            if isinstance(message := self.hear(), kind):
-                return message
-        raise AssertionError(f"no {kind.__name__}; last: {message}")
-
-    def end(self) -> None:
-        self.closed.set()
-        self.thread.join(5)
-        assert not self.thread.is_alive()
-        self._lines.close()
-        self._theirs.close()
-
-
 @pytest.fixture
 def start(monkeypatch) -> Iterator:
     monkeypatch.setattr(sizing, "PAUSE_S", 0.05)
     stations: list[Station] = []
 
     def begin(**settings) -> Station:
-        stations.append(Station(SizingSettings.model_validate(settings)))
+        stations.append(Station(settings))
         return stations[-1]
 
     yield begin

@@ -33,6 +33,8 @@ BLUR_PX = 1.5  # of an edge, taken before it is known
 SHOWS = 0.4  # of a clear row's step of light: less is hidden
 SHOWN_LEAST = 0.8  # of the rows: barriers that show less are hidden
 BANDS = 24  # of rows, whose middles tell how straight a barrier is
+SEEN_LEAST = 0.2  # of the rows: of a barrier that shows less it cannot be told where it stands now
+STRAIGHT_PX = 1.0  # from the line through them: its rows; half levels of mere noise are all over the profile
 BENT_PX = 0.3  # root mean square of the bands off a straight line; noise makes a tenth of it
 
 
@@ -64,6 +66,32 @@ class Barriers:
     def pixel_ratio(self, row: Array, spacing_mm: float) -> Array:
         """Ratio r = w / w_p of eq. 3.2 in rows (n,), mm per pixel."""
         return spacing_mm / self.width_px(row)
+
+    def shifted_px(self, light: Plane) -> float | None:
+        """How far the barriers stand in another picture from where they stood in the empty ones.
+
+        Parameters
+        ----------
+        light : ndarray of float32, shape (rows, columns)
+
+        Returns
+        -------
+        float or None
+            Farthest distance along a row, pixels; None when a barrier shows in less than `SEEN_LEAST` of the rows.
+        """
+        ends = np.array([0.0, len(light) - 1.0])
+        farthest = 0.0
+        for line, outwards in zip(self.lines, (-1, 1), strict=True):
+            rows = _whole_rows(light, line, outwards)
+            column, shows = _columns(light, line, outwards, rows)
+            if np.count_nonzero(shows) < SEEN_LEAST * len(light):
+                return None
+            found = robust_line(rows[shows], column[shows])
+            straight = np.abs(column - np.polyval(found, rows)) <= STRAIGHT_PX
+            if np.count_nonzero(shows & straight) < SEEN_LEAST * len(light):
+                return None
+            farthest = max(farthest, float(np.abs(np.polyval(found - line, ends)).max()))
+        return farthest
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -197,8 +225,7 @@ def _inner_pair(edges: list[_Edge]) -> tuple[_Edge, _Edge] | None:
 
 def _at_half_level(light: Plane, line: Array, outwards: int) -> tuple[Array, float] | None:
     """Line at half level and how far it is from straight; None when it shows in too few rows."""
-    rows = np.arange(len(light), dtype=np.float64)
-    rows = rows[np.isfinite(across(light, line, outwards, rows, SAMPLES_PX)).all(axis=1)]
+    rows = _whole_rows(light, line, outwards)
     column, shows = _columns(light, line, outwards, rows)
     if np.count_nonzero(shows) < SHOWN_LEAST * len(light):
         return None
@@ -207,6 +234,12 @@ def _at_half_level(light: Plane, line: Array, outwards: int) -> tuple[Array, flo
     if np.count_nonzero(shows) < SHOWN_LEAST * len(light):
         return None
     return robust_line(rows[shows], column[shows]), _off_straight_px(rows[shows], column[shows])
+
+
+def _whole_rows(light: Plane, line: Array, outwards: int) -> Array:
+    """Rows whose profile across a line lies in the picture."""
+    rows = np.arange(len(light), dtype=np.float64)
+    return rows[np.isfinite(across(light, line, outwards, rows, SAMPLES_PX)).all(axis=1)]
 
 
 def _columns(light: Plane, line: Array, outwards: int, rows: Array) -> tuple[Array, NDArray[np.bool_]]:

@@ -16,8 +16,6 @@ from vision.calibration.conveyor import BLUR_PX, Barriers, across, crossed_colum
 from vision.calibration.conveyor_view import (
     FOCAL_SHARE,
     FOCAL_SHARE_U,
-    UNKNOWN_HEIGHT_MM,
-    UNKNOWN_HEIGHT_U_MM,
     ConveyorReference,
     ConveyorView,
     conveyor_view,
@@ -41,7 +39,10 @@ LEAST_WINDOWS = 0.2
 OFF_LINE_PX = 1.0  # the edge of a window off the bar's straight line: the window is discarded
 U_EDGE_PX = 0.02  # of a whole limb or barrier: blur and halo that are not alike on both sides
 U_SPACING = 0.0005  # of W, relative
-CLIPPED = 0.98
+INTERVAL = (0.025, 0.975)
+PARTS = 16  # of the law of a quantity that is only assumed
+CLIPPED, CLIPPED_MOST = 0.98, 0.5  # light of an overexposed point, and the share of a limb that may be
+MOVED_PX = 0.3  # of a barrier from its place in the empty pictures; noise makes a tenth of it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -61,6 +62,13 @@ class ConveyorGauge:
     reference : ConveyorReference
     compensation_mm : float
         Added to every diameter, as the source did; 0 unless somebody knows better.
+    ovality_mm : float
+        Greatest minus least width that a section may have.
+
+    Attributes
+    ----------
+    barriers : Barriers or Reason
+        As `find_barriers` returns them.
 
     Raises
     ------
@@ -69,7 +77,11 @@ class ConveyorGauge:
     """
 
     def __init__(
-        self, empty: list[NDArray[np.uint8]], reference: ConveyorReference, compensation_mm: float = 0.0
+        self,
+        empty: list[NDArray[np.uint8]],
+        reference: ConveyorReference,
+        compensation_mm: float = 0.0,
+        ovality_mm: float = 0.0,
     ) -> None:
         if not empty or len({picture.shape[:2] for picture in empty}) != 1:
             raise ValueError("empty: at least one picture of the empty line is wanted, all of one size")
@@ -77,10 +89,12 @@ class ConveyorGauge:
             raise ValueError(f"compensation_mm is {compensation_mm}; a number of millimetres is wanted")
         self._empty: Plane = np.asarray(np.mean([grey_light(picture) for picture in empty], axis=0), np.float32)
         self._compensation_mm = compensation_mm
+        self._u_shape_mm = float(ovality_mm / np.sqrt(12))
         self.barriers = find_barriers(self._empty)
-        self._views: dict[str, ConveyorView] = {}
         if isinstance(self.barriers, Barriers):
-            self._views = _views(self.barriers, reference)
+            self._view = conveyor_view(self.barriers, reference)
+            self._changed = _changed_views(self._view)
+            self._assumed = _assumed_views(self.barriers, reference, self._view)
             self._barriers_px = float(self.barriers.width_px(np.array([len(self._empty) / 2]))[0])
 
     def measure(self, picture: NDArray[np.uint8]) -> SizeReading:
@@ -95,7 +109,8 @@ class ConveyorGauge:
         -------
         SizeReading
             Without a value: `edge_not_found` (with `barrier_hidden` or `barrier_bent` where it is a barrier's),
-            `no_bar`, `several_bars`, `bar_too_short`, `edges_clipped`, `no_windows`.
+            `no_bar`, `several_bars`, `bar_too_short`, `edges_clipped`, `no_windows`; `camera_moved` when a barrier
+            stands more than `MOVED_PX` from its place in the empty pictures.
 
         Raises
         ------
@@ -113,9 +128,23 @@ class ConveyorGauge:
         left, right = (_limb(light, spans, side) for side in (0, 1))
         if left is None or right is None or _touches(left, right, self.barriers):
             return _nothing(Reason.EDGE_NOT_FOUND)
-        if max(_brightness(light, left, 1), _brightness(light, right, -1)) >= CLIPPED:
-            return _nothing(Reason.EDGES_CLIPPED)
-        return self._read(left, right)
+        inside = [_inside(light, left, 1), _inside(light, right, -1)]
+        limbs = {
+            "clipped_share": max(float(np.mean(one >= CLIPPED)) for one in inside),
+            "limb_light": min(float(np.median(one)) for one in inside),
+        }
+        reason = self._forbids(light, limbs["clipped_share"])
+        return replace(_nothing(reason) if reason else self._read(left, right), **limbs)
+
+    def _forbids(self, light: Plane, clipped_share: float) -> Reason:
+        """What of the picture forbids a value although there is a bar with two edges."""
+        if clipped_share >= CLIPPED_MOST:
+            return Reason.EDGES_CLIPPED
+        assert isinstance(self.barriers, Barriers)  # noqa: S101  nothing is measured without
+        shifted_px = self.barriers.shifted_px(light)
+        if shifted_px is None:
+            return Reason.EDGE_NOT_FOUND | Reason.BARRIER_HIDDEN
+        return Reason.CAMERA_MOVED if shifted_px > MOVED_PX else Reason.NONE
 
     def _read(self, left: _Limb, right: _Limb) -> SizeReading:
         windows = np.array_split(np.intersect1d(left.rows, right.rows), WINDOWS)
@@ -124,12 +153,15 @@ class ConveyorGauge:
         if np.count_nonzero(there) < LEAST_WINDOWS * WINDOWS:
             return _nothing(Reason.NO_WINDOWS)
         ends = [end[there] for end in ends]
-        view = self._views["view"]
+        view = self._view
         by_window = diameters_mm(view, *ends)
         diameter_mm = float(np.median(by_window))
         calibration_mm, model_mm = self._u_of_view(ends, diameter_mm)
+        correction_mm, u_assumed_mm = self._assumed_law(ends, diameter_mm)
+        diameter_mm += correction_mm
+        model_mm = float(np.hypot(model_mm, u_assumed_mm))
         edge_mm = float(1.2533 * by_window.std() / np.sqrt(len(by_window)))  # of a median
-        expanded_mm = float(2 * np.linalg.norm([edge_mm, calibration_mm, model_mm]))
+        expanded_mm = float(2 * np.linalg.norm([edge_mm, calibration_mm, self._u_shape_mm, model_mm]))
         middle = 0.5 * (view.tangent(ends[0]) + view.tangent(ends[1]))
         return SizeReading(
             diameter_mm=diameter_mm + self._compensation_mm,
@@ -142,34 +174,58 @@ class ConveyorGauge:
             u_calibration_mm=calibration_mm,
             u_board_mm=0.0,
             u_light_mm=0.0,
-            u_shape_mm=0.0,
+            u_shape_mm=self._u_shape_mm,
             u_model_mm=model_mm,
             method="conveyor",
         )
 
     def _u_of_view(self, ends: list[Array], diameter_mm: float) -> tuple[float, float]:
-        """Standard uncertainties from the ruler, and from what of the camera is only assumed."""
-        changed = {name: float(np.median(diameters_mm(view, *ends))) for name, view in self._views.items()}
+        """Standard uncertainties from the ruler, and from what the barriers' faces tell of the camera."""
         width_px = abs(float(np.mean(ends[1][:, 0] - ends[0][:, 0])))
         edges = diameter_mm * np.sqrt(2) * U_EDGE_PX / width_px
-        view = self._views["view"]
-        ruler = diameter_mm * np.hypot(np.sqrt(2) * U_EDGE_PX, view.u_width_px) / self._barriers_px
+        ruler = diameter_mm * np.hypot(np.sqrt(2) * U_EDGE_PX, self._view.u_width_px) / self._barriers_px
         calibration = np.linalg.norm([ruler, U_SPACING * diameter_mm])
-        model = np.linalg.norm([edges, *(value - changed["view"] for value in changed.values())])
-        return float(calibration), float(model)
+        changes = [float(np.median(diameters_mm(view, *ends))) - diameter_mm for view in self._changed]
+        return float(calibration), float(np.linalg.norm([edges, *changes]))
+
+    def _assumed_law(self, ends: list[Array], diameter_mm: float) -> tuple[float, float]:
+        """What is only assumed, propagated as whole laws (JCGM 101): correction and standard uncertainty of a diameter.
+
+        The correction leads to the middle of the interval that holds 95 % of the diameters; the uncertainty is that of
+        a normal law whose interval is as wide.
+        """
+        summed = np.zeros(1)
+        for views in self._assumed:
+            changes = [float(np.median(diameters_mm(view, *ends))) - diameter_mm for view in views]
+            summed = np.add.outer(summed, changes).ravel()
+        low, high = np.quantile(summed, INTERVAL).tolist()
+        return 0.5 * (low + high), 0.25 * (high - low)
 
 
-def _views(barriers: Barriers, reference: ConveyorReference) -> dict[str, ConveyorView]:
-    """The view, and how it would be if what is assumed were off by a standard uncertainty."""
-    views = {"view": conveyor_view(barriers, reference)}
-    view = views["view"]
-    if view.u_height > 0:
-        views["height"] = replace(view, above_plane_mm=view.above_plane_mm * (1 + view.u_height))
-    elif reference.camera_height_mm is None:
-        views["focal length"] = conveyor_view(barriers, reference, focal_share=FOCAL_SHARE * (1 + FOCAL_SHARE_U))
-    if reference.barrier_height_mm is None:
-        views["barriers"] = conveyor_view(barriers, reference, edge_mm=UNKNOWN_HEIGHT_MM + UNKNOWN_HEIGHT_U_MM)
-    return views
+def _changed_views(view: ConveyorView) -> list[ConveyorView]:
+    """How the view would be if what the barriers' faces tell of the camera were off by a standard uncertainty."""
+    if view.u_width_px == 0:  # they tell nothing
+        return []
+    return [
+        replace(view, above_plane_mm=view.above_plane_mm * (1 + view.u_height)),
+        replace(view, across_mm=view.across_mm + view.u_across_mm),
+    ]
+
+
+def _assumed_views(barriers: Barriers, reference: ConveyorReference, view: ConveyorView) -> list[list[ConveyorView]]:
+    """Views over what nobody measured: for each quantity one in every equally probable part of its rectangular law."""
+    if view.u_plane_mm == 0:
+        return []
+    places = np.sqrt(3) * (2 * (np.arange(PARTS) + 0.5) / PARTS - 1)  # in standard uncertainties
+    edges_mm = view.plane_mm + places * view.u_plane_mm
+    focal_shares = FOCAL_SHARE * (1 + places * FOCAL_SHARE_U)
+    laws = [
+        [conveyor_view(barriers, reference, edge_mm=float(edge_mm)) for edge_mm in edges_mm],
+        [replace(view, across_mm=view.across_mm + place * view.u_across_mm) for place in places.tolist()],
+    ]
+    if reference.camera_height_mm is None:
+        laws.append([conveyor_view(barriers, reference, float(share), view.plane_mm) for share in focal_shares])
+    return laws
 
 
 def diameters_mm(view: ConveyorView, left_px: Array, right_px: Array) -> Array:
@@ -254,10 +310,10 @@ def _touches(left: _Limb, right: _Limb, barriers: Barriers) -> bool:
     return bool(np.min(free) < FREE_PX)
 
 
-def _brightness(light: Plane, limb: _Limb, inwards: int) -> float:
-    """Median light of the bar just inside an edge."""
+def _inside(light: Plane, limb: _Limb, inwards: int) -> Array:
+    """Light of the bar just inside an edge, row by row."""
     column = np.clip(np.rint(limb.columns + 5 * inwards), 0, light.shape[1] - 1).astype(np.int64)
-    return float(np.median(light[limb.rows.astype(np.int64), column]))
+    return np.asarray(light[limb.rows.astype(np.int64), column], np.float64)
 
 
 def _ends(limb: _Limb, windows: list[Array]) -> Array:
