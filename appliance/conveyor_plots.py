@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from appliance.plots import DOTS_PER_INCH, figure_class
+from appliance.plots import DOTS_PER_INCH, figure_class, mark_frames
 from vision.calibration.conveyor import Barriers
 from vision.readings import Reason, SizeReading
 from vision.sizing.conveyor_experiments import EXPERIMENTS, experiment
@@ -88,8 +88,7 @@ class ConveyorPlots:
         figure = self._new_figure(figsize=(9, 4.5), layout="constrained")
         axes = figure.subplots()
         self._served(axes)
-        without = [number for number, reading in self._readings if not reading.valid]
-        axes.plot(without, np.full(len(without), 0.02), "|", color="tab:red", transform=axes.get_xaxis_transform())
+        mark_frames(axes, [number for number, reading in self._readings if not reading.valid])
         axes.set(xlabel="frame", ylabel="diameter, mm", title="Between barriers, frame by frame; red: no value")
         axes.grid(alpha=0.3)
         axes.legend(fontsize="small")

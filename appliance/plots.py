@@ -96,8 +96,7 @@ class Plots:
         diameter_mm = np.array([reading.diameter_mm for _, reading in self._readings])
         spread_mm = np.array([_spread_mm(reading) for _, reading in self._readings])
         axes.errorbar(frame, diameter_mm, yerr=spread_mm, fmt="o", ms=3, capsize=2, label="diameter ± sigma of windows")
-        without = [number for number, reading in self._readings if not reading.valid]
-        axes.plot(without, np.full(len(without), 0.02), "|", color="tab:red", transform=axes.get_xaxis_transform())
+        mark_frames(axes, [number for number, reading in self._readings if not reading.valid])
         axes.set(xlabel="frame", ylabel="diameter, mm", title="Route V, frame by frame; red: no value")
         axes.grid(alpha=0.3)
         axes.legend(fontsize="small")
@@ -119,3 +118,8 @@ class Plots:
 
 def _spread_mm(reading: VirtualBoardReading) -> float:
     return float(np.std(reading.window_diameters_mm[reading.window_kept])) if reading.valid else math.nan
+
+
+def mark_frames(axes: Any, frames: list[int]) -> None:
+    """Mark frames without a value at the foot of a plot over frames."""
+    axes.plot(frames, np.full(len(frames), 0.02), "|", color="tab:red", transform=axes.get_xaxis_transform())

@@ -9,6 +9,7 @@ import socket
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from typing import Any, Self
 
 import numpy as np
@@ -186,20 +187,31 @@ class IngotMillSource:
 
     def next(self, timeout_s: float) -> Frame | None:
         """Newest picture that is due, with its truth; None when none is due in time."""
-        due = self._pacer.take(timeout_s)
-        if due is None:
-            return None
-        number, moment_s = due
+        return drawn_frame(self._pacer, timeout_s, self._draw)
+
+    def _draw(self, number: int) -> tuple[Picture, dict[str, object]]:
         picture, truth = self._sequence.picture(number)
-        return Frame(
-            picture,
-            sequence=number,
-            exposed_monotonic_s=moment_s,
-            exposed_utc_ms=utc_ms(moment_s),
-            exposure_us=EXPOSURE_US,
-            dropped=self._pacer.dropped,
-            truth=dict(truth._asdict()),
-        )
+        return picture, truth._asdict()
+
+
+def drawn_frame(
+    pacer: Pacer, timeout_s: float, draw: Callable[[int], tuple[Picture, dict[str, object]]]
+) -> Frame | None:
+    """Newest picture that is due, drawn by its number with its truth; None when none is due in time."""
+    due = pacer.take(timeout_s)
+    if due is None:
+        return None
+    number, moment_s = due
+    picture, truth = draw(number)
+    return Frame(
+        picture,
+        sequence=number,
+        exposed_monotonic_s=moment_s,
+        exposed_utc_ms=utc_ms(moment_s),
+        exposure_us=EXPOSURE_US,
+        dropped=pacer.dropped,
+        truth=truth,
+    )
 
 
 class _Renderer:

@@ -5,8 +5,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from appliance.cameras.mill import EXPOSURE_US
-from appliance.cameras.pacing import Pacer, utc_ms
+from appliance.cameras.mill import drawn_frame
+from appliance.cameras.pacing import Pacer
 from appliance.cameras.source import Frame
 from appliance.mill.thermal import ThermalLine, ThermalSequence, thermal_camera
 
@@ -48,17 +48,4 @@ class ThermalMillSource:
 
     def next(self, timeout_s: float) -> Frame | None:
         """Newest picture that is due, with its truth; None when none is due in time."""
-        due = self._pacer.take(timeout_s)
-        if due is None:
-            return None
-        number, moment_s = due
-        picture, truth = self._sequence.picture(number)
-        return Frame(
-            picture,
-            sequence=number,
-            exposed_monotonic_s=moment_s,
-            exposed_utc_ms=utc_ms(moment_s),
-            exposure_us=EXPOSURE_US,
-            dropped=self._pacer.dropped,
-            truth=truth,
-        )
+        return drawn_frame(self._pacer, timeout_s, self._sequence.picture)
