@@ -13,13 +13,16 @@ from vision.sizing.conveyor_experiments import EXPERIMENTS, experiment
 
 TEXT = (
     "Simulated thermal recordings, each its own camera, barriers and bar; every other bar is 165 mm. Three empty "
-    "frames, then four with the bar. deviation: mean over frames less the truth; rmse (eq. 3.8): of frames around "
-    "their mean; sigma: mean over frames of the deviation within one. aside: the same lines, whose camera looks up to "
-    "5 degrees across the line. assumed: cameras and barriers as the method assumes them where it knows nothing."
+    "frames, then four with the bar. What is given is off as a tape is: the barriers' distance by 0.05 %, their height "
+    "by 1 mm, the camera's by 10 mm (standard deviations); the experiments get the true distance. deviation: mean over "
+    "frames less the truth; rmse (eq. 3.8): of frames around their mean; sigma: mean over frames of the deviation "
+    "within one. aside: the same lines, whose camera looks up to 5 degrees across the line. assumed: cameras and "
+    "barriers as the method assumes them where it knows nothing."
 )
 SEEDS = {"line": 200, "aside": 100, "assumed": 100}
 FRAMES, EMPTY = 4, 3
 SOURCE_MM = 165.0
+TAPE_SPACING, TAPE_BARRIER_MM, TAPE_CAMERA_MM = 0.0005, 1.0, 10.0
 
 
 def cases():
@@ -53,11 +56,14 @@ def run(case):
     line = line_of(case["line"], case["seed"])
     pictures = line.pictures(EMPTY, FRAMES if case["line"] == "line" else 1)
     empty, shown = pictures[:EMPTY], pictures[EMPTY:]
-    camera_mm = float(line.camera.centre_mm[2])
+    off = np.random.default_rng([case["seed"], 0x7470]).standard_normal(3)
+    spacing_mm = line.spacing_mm * (1 + TAPE_SPACING * off[0])
+    height_mm = line.height_mm + TAPE_BARRIER_MM * off[1]
+    camera_mm = float(line.camera.centre_mm[2]) + TAPE_CAMERA_MM * off[2]
     known = {
-        "with_heights": ConveyorReference(line.spacing_mm, line.height_mm, camera_mm),
-        "barrier_height": ConveyorReference(line.spacing_mm, line.height_mm),
-        "spacing_only": ConveyorReference(line.spacing_mm),
+        "with_heights": ConveyorReference(spacing_mm, height_mm, camera_mm),
+        "barrier_height": ConveyorReference(spacing_mm, height_mm),
+        "spacing_only": ConveyorReference(spacing_mm),
     }
     truth_mm = line.bar.diameter_mm
     result = {"truth_mm": round(truth_mm, 4)}

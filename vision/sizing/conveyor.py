@@ -39,6 +39,7 @@ LEAST_WINDOWS = 0.2
 OFF_LINE_PX = 1.0  # the edge of a window off the bar's straight line: the window is discarded
 U_EDGE_PX = 0.02  # of a whole limb or barrier: blur and halo that are not alike on both sides
 U_SPACING = 0.0005  # of W, relative
+U_BARRIER_HEIGHT_MM, U_CAMERA_HEIGHT_MM = 1.0, 10.0  # as somebody measures them with a tape
 INTERVAL = (0.025, 0.975)
 PARTS = 16  # of the law of a quantity that is only assumed
 CLIPPED, CLIPPED_MOST = 0.98, 0.5  # light of an overexposed point, and the share of a limb that may be
@@ -93,7 +94,7 @@ class ConveyorGauge:
         self.barriers = find_barriers(self._empty)
         if isinstance(self.barriers, Barriers):
             self._view = conveyor_view(self.barriers, reference)
-            self._changed = _changed_views(self._view)
+            self._changed = _changed_views(self.barriers, reference, self._view)
             self._assumed = _assumed_views(self.barriers, reference, self._view)
             self._barriers_px = float(self.barriers.width_px(np.array([len(self._empty) / 2]))[0])
 
@@ -180,7 +181,7 @@ class ConveyorGauge:
         )
 
     def _u_of_view(self, ends: list[Array], diameter_mm: float) -> tuple[float, float]:
-        """Standard uncertainties from the ruler, and from what the barriers' faces tell of the camera."""
+        """Standard uncertainties from the ruler, and from the heights and the camera's place."""
         width_px = abs(float(np.mean(ends[1][:, 0] - ends[0][:, 0])))
         edges = diameter_mm * np.sqrt(2) * U_EDGE_PX / width_px
         ruler = diameter_mm * np.hypot(np.sqrt(2) * U_EDGE_PX, self._view.u_width_px) / self._barriers_px
@@ -202,14 +203,23 @@ class ConveyorGauge:
         return 0.5 * (low + high), 0.25 * (high - low)
 
 
-def _changed_views(view: ConveyorView) -> list[ConveyorView]:
-    """How the view would be if what the barriers' faces tell of the camera were off by a standard uncertainty."""
-    if view.u_width_px == 0:  # they tell nothing
-        return []
-    return [
-        replace(view, above_plane_mm=view.above_plane_mm * (1 + view.u_height)),
-        replace(view, across_mm=view.across_mm + view.u_across_mm),
-    ]
+def _changed_views(barriers: Barriers, reference: ConveyorReference, view: ConveyorView) -> list[ConveyorView]:
+    """How the view would be if what is measured were off by a standard uncertainty.
+
+    These are the heights that somebody measured, and what the barriers' faces tell of the camera where they show.
+    """
+    changed: list[ConveyorView] = []
+    if (camera_mm := reference.camera_height_mm) is not None:
+        higher = replace(reference, camera_height_mm=camera_mm + U_CAMERA_HEIGHT_MM)
+        changed.append(conveyor_view(barriers, higher))
+    if (barrier_mm := reference.barrier_height_mm) is not None and view.u_width_px > 0:
+        lower = replace(reference, barrier_height_mm=barrier_mm - min(U_BARRIER_HEIGHT_MM, barrier_mm / 2))
+        changed += [
+            conveyor_view(barriers, lower),
+            replace(view, above_plane_mm=view.above_plane_mm * (1 + view.u_height)),
+            replace(view, across_mm=view.across_mm + view.u_across_mm),
+        ]
+    return changed
 
 
 def _assumed_views(barriers: Barriers, reference: ConveyorReference, view: ConveyorView) -> list[list[ConveyorView]]:
