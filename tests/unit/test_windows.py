@@ -89,6 +89,12 @@ def test_windows_whose_sigma_jumps_are_not_trusted_and_even_ones_all_are():
     assert not trusted_windows(np.full(3, np.nan)).any()
 
 
+def test_how_numbers_were_rounded_discards_no_window():
+    sigma = np.full(20, 1e-14)
+    sigma[3], sigma[7] = 4e-13, 0.2
+    assert np.flatnonzero(~trusted_windows(sigma)).tolist() == [7]
+
+
 def test_a_third_of_the_points_may_be_off_a_robust_line():
     row = np.arange(90.0)
     column = 0.01 * row + 20 + RNG.normal(0, 0.05, 90)

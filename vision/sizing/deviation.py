@@ -7,6 +7,7 @@ Array = NDArray[np.float64]
 
 JUMP_MADS = 6.0  # Sigma that far above its median has jumped: one good window in thousands
 LEAST_SPREAD = 0.25  # of the median: windows that are all alike are all kept
+ROUNDING_MM = 1e-6  # Sigma below says nothing but how numbers were rounded, which differs from run to run
 
 
 def window_statistics(sampled_mm: Array) -> tuple[Array, Array]:
@@ -64,5 +65,5 @@ def trusted_windows(sigma_mm: Array) -> NDArray[np.bool_]:
         return there
     middle = np.median(sigma_mm[there])
     spread = 1.4826 * np.median(np.abs(sigma_mm[there] - middle))
-    limit = middle + JUMP_MADS * max(spread, LEAST_SPREAD * middle)
+    limit = max(middle + JUMP_MADS * max(spread, LEAST_SPREAD * middle), ROUNDING_MM)
     return there & (np.where(there, sigma_mm, np.inf) <= limit)
