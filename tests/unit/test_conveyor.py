@@ -99,6 +99,25 @@ def test_diameters_are_true_within_what_is_stated(seed, camera_known):
     assert reading.expanded_uncertainty_mm < (0.6 if camera_known else 3.0)
 
 
+@pytest.mark.parametrize(
+    ("constant", "field", "off_mm"),
+    [("U_BARRIER_HEIGHT_MM", "barrier_height_mm", 1.0), ("U_CAMERA_HEIGHT_MM", "camera_height_mm", 10.0)],
+)
+def test_what_a_tape_leaves_open_of_a_height_counts_as_much_as_it_moves_the_diameter(
+    monkeypatch, constant, field, off_mm
+):
+    line = line_of()
+    pictures, reference = line.pictures(2, 1), reference_of(line)
+    reading = ConveyorGauge(pictures[:2], reference).measure(pictures[2])
+    taped = replace(reference, **{field: getattr(reference, field) + off_mm})
+    moved_mm = ConveyorGauge(pictures[:2], taped).measure(pictures[2]).diameter_mm - reading.diameter_mm
+    monkeypatch.setattr(conveyor, constant, 0.0)
+    without = ConveyorGauge(pictures[:2], reference).measure(pictures[2])
+    counted_mm = np.sqrt(reading.u_model_mm**2 - without.u_model_mm**2)
+    assert abs(moved_mm) > 0.001
+    assert counted_mm == pytest.approx(abs(moved_mm), rel=0.1)
+
+
 def test_without_the_correction_the_source_found_5_to_10_mm_too_much():
     camera = thermal_camera(CAMERA_MM)
     reading = measured(line_of(camera))
