@@ -11,13 +11,13 @@ import numpy as np
 import pywt
 from mill_scenes import perfect_rig
 
-from appliance.mill.bars import Bar
-from appliance.mill.rig import default_rig
-from appliance.mill.scene import Scene
-from vision.alignment import Alignment
-from vision.calibration.virtual_board import VirtualBoards
+from appliance.simulation.bars.bars import Bar
+from appliance.simulation.bars.line_scene import Scene
+from appliance.simulation.true_rig import default_rig
+from vision.alignment.view_alignment import Alignment
+from vision.alignment.virtual_boards import VirtualBoards
 from vision.fusion.methods import fuse
-from vision.turned_region import whole_picture
+from vision.geometry.turned_region import whole_picture
 
 SIZES = ((800, 600), (2704, 1520))
 ROUNDS = 15

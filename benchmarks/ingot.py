@@ -10,8 +10,8 @@ import cv2
 from ingot_truth import SETTINGS, simulated
 from skimage.metrics import structural_similarity
 
-from appliance.references import make_reader
-from vision.ingot.similarity import as_reference
+from appliance.ingot.reader_setup import make_reader
+from vision.ingot.classifiers.similarity import as_reference
 
 SEEDS = (1, 2, 3)
 EVERY = 4

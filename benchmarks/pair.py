@@ -12,12 +12,12 @@ import cv2
 import numpy as np
 from mill_scenes import perfect_rig
 
-from appliance.mill.bars import Bar
-from appliance.mill.board_pictures import board_light
-from appliance.mill.boards import Board, high_pose, low_pose
-from appliance.mill.rig import default_rig
-from appliance.mill.scene import Scene
-from vision.calibration.marks import find_marks
+from appliance.simulation.bars.bars import Bar
+from appliance.simulation.bars.line_scene import Scene
+from appliance.simulation.boards.board_pictures import board_light
+from appliance.simulation.boards.boards import Board, high_pose, low_pose
+from appliance.simulation.true_rig import default_rig
+from vision.calibration.still_marks import find_marks
 from vision.sizing.gauge import Gauge
 
 SIZES = ((800, 600), (2704, 1520))

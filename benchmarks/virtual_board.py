@@ -6,13 +6,13 @@ from collections import defaultdict
 
 from mill_scenes import perfect_rig
 
-from appliance.mill.bars import Bar
-from appliance.mill.rig import default_rig
-from appliance.mill.scene import Scene
-from vision.alignment import Alignment
-from vision.sizing.aligned_pair import AlignedPair
-from vision.sizing.tangent import TangentGauge
-from vision.sizing.virtual_board import VirtualBoardGauge
+from appliance.simulation.bars.bars import Bar
+from appliance.simulation.bars.line_scene import Scene
+from appliance.simulation.true_rig import default_rig
+from vision.alignment.view_alignment import Alignment
+from vision.sizing.tangent.gauge import TangentGauge
+from vision.sizing.virtual_board.aligned_pair import AlignedPair
+from vision.sizing.virtual_board.gauge import VirtualBoardGauge
 
 SIZES = ((800, 600), (2704, 1520))
 ROUNDS = 15

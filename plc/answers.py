@@ -9,8 +9,18 @@ import logging
 import struct
 from collections.abc import Callable, Mapping
 
-from plc import registers
-from plc.registers import COMMANDS, INGOT_RING, MEASUREMENTS, READING_RING, SET_POINTS
+from plc.process_image import decode_set_points, encode, encode_set_points
+from plc.registers import (
+    ALARMS,
+    COMMANDS,
+    DISCRETES,
+    INGOT_RING,
+    MAP_VERSION,
+    MEASUREMENTS,
+    READING_RING,
+    REGISTERS,
+    SET_POINTS,
+)
 from plc.rows import select
 
 OnWrite = Callable[[Mapping[str, int | bool]], None]
@@ -19,16 +29,16 @@ logger = logging.getLogger(__name__)
 
 _TWO_WORDS = struct.Struct(">HH")
 _COIL_LEVELS = {0x0000: False, 0xFF00: True}
-_SET_POINT_ROWS = {row.name: row for row in select(registers.REGISTERS, "holding", "rw")}
+_SET_POINT_ROWS = {row.name: row for row in select(REGISTERS, "holding", "rw")}
 _INPUT_AREAS = (MEASUREMENTS, READING_RING, INGOT_RING)
 _HOLDING_AREAS = (*_INPUT_AREAS, SET_POINTS)
-_COMMAND_ROWS = select(registers.REGISTERS, "coil", "rw")
+_COMMAND_ROWS = select(REGISTERS, "coil", "rw")
 _IDENTITY = {
     0: b"Hotgauge",  # vendor
     1: b"hotgauge",  # product code
     2: importlib.metadata.version("hotgauge").encode(),  # revision
     4: b"Hotgauge bar gauge",  # product name
-    5: f"register map {registers.MAP_VERSION}".encode(),  # model
+    5: f"register map {MAP_VERSION}".encode(),  # model
 }
 _BASIC_OBJECTS = range(3)
 _REGULAR_AND_INDIVIDUAL = 0x82
@@ -81,7 +91,7 @@ class Tables:
     """
 
     def __init__(self, *, writable: bool, on_write: OnWrite | None) -> None:
-        self.image = registers.encode({})
+        self.image = encode({})
         self._set_points = bytes(2 * len(SET_POINTS))
         self._commands = 0
         self._on_write = on_write
@@ -115,7 +125,7 @@ class Tables:
 
     def restore(self, written: Mapping[str, int | bool]) -> None:
         """Take over what the PLC had written before a restart, by name; nobody is told."""
-        self._set_points = registers.encode_set_points(written, word_order=self.image.word_order)
+        self._set_points = encode_set_points(written, word_order=self.image.word_order)
         self._commands = sum(bool(written.get(row.name)) << place for place, row in enumerate(_COMMAND_ROWS))
 
     def _read_input(self, request: bytes) -> bytes:
@@ -139,14 +149,14 @@ class Tables:
 
     def _read_coils(self, request: bytes) -> bytes:
         wanted = _wanted_alone(request, 2000)
-        if _within(wanted, registers.ALARMS):
+        if _within(wanted, ALARMS):
             return _bits(self.image.coils, wanted.start, len(wanted))
         _require(_within(wanted, COMMANDS), 2)
         return _bits(self._commands, wanted.start - COMMANDS.start, len(wanted))
 
     def _read_discretes(self, request: bytes) -> bytes:
         wanted = _wanted_alone(request, 2000)
-        _require(_within(wanted, registers.DISCRETES), 2)
+        _require(_within(wanted, DISCRETES), 2)
         return _bits(self.image.discretes, wanted.start, len(wanted))
 
     def _write_coil(self, request: bytes) -> bytes:
@@ -208,8 +218,8 @@ class Tables:
                 first = 2 * (address - SET_POINTS.start)
                 new[first : first + 2] = words[2 * place : 2 * place + 2]
         order = self.image.word_order
-        before = registers.decode_set_points(self._set_points, word_order=order)
-        after = registers.decode_set_points(bytes(new), word_order=order)
+        before = decode_set_points(self._set_points, word_order=order)
+        after = decode_set_points(bytes(new), word_order=order)
         changed = {name: raw for name, raw in after.items() if raw != before[name]}
         _require(all(_SET_POINT_ROWS[name].accepts(raw) for name, raw in changed.items()), 3)
         _require(_within(wanted, SET_POINTS), 2)

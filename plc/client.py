@@ -3,149 +3,22 @@
 import logging
 import struct
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
 from typing import Self
 
 from pymodbus import ModbusException
 from pymodbus.client import ModbusTcpClient
-from pymodbus.pdu import ModbusPDU
 
-from plc.registers import (
-    COMMANDS,
-    DISCRETES,
-    MEASUREMENTS,
-    REGISTERS,
-    SET_POINTS,
-    WordOrder,
-    decode,
-    decode_discretes,
-    encode_set_points,
-)
-from plc.rows import select
+from plc.poll import ANSWER_WITHIN_S, ORIENTATIONS, PollError, Snapshot, scan
+from plc.process_image import encode_set_points
+from plc.registers import COMMANDS, REGISTERS, SET_POINTS
+from plc.rows import WordOrder, select
 
 # PollError says it in one sentence; without a handler the library would print its own beside it
 logging.getLogger("pymodbus").addHandler(logging.NullHandler())
-
-_ANSWER_WITHIN_S = 2.0
 _HEARTBEAT_WITHIN_S = 1.0
-_ALARMS = [row for row in select(REGISTERS, "coil", "r") if not row.spare]
 _SET_POINTS = {row.name: row for row in select(REGISTERS, "holding", "rw")}
-_UNITS = {row.name: row.unit for row in REGISTERS}
-_TEST_U32 = next(row.constant for row in REGISTERS if row.name == "test_u32")
-_VALIDITY = {0: "no value", 1: "valid", 2: "valid with reasons"}
-_DEVICE_STATES = {
-    0: "good",
-    1: "maintenance required",
-    2: "out of specification",
-    3: "function check",
-    4: "failure",
-}
-_ORIENTATIONS = {1: "top", 2: "bottom", 3: "undecided"}
-_SHOWN = (
-    "diameter",
-    "expanded_uncertainty",
-    "trust",
-    "diameter_cold",
-    "diameter_virtual_board",
-    "measurement_age",
-    "cycle_time",
-    "windows_kept",
-    "windows_total",
-    "frames_dropped",
-)
-
-
-class PollError(Exception):
-    """The gauge does not answer as a gauge should; the message says where, what and what to do."""
-
-
-@dataclass(frozen=True, slots=True)
-class Snapshot:
-    """What one scan has read.
-
-    Attributes
-    ----------
-    values : dict of str to float, int or None
-        The measurement block in the units of the map; None for no value.
-    discretes : dict of str to bool
-        Alarms and states.
-    elapsed_ms : float
-        Time that both requests took.
-    """
-
-    values: dict[str, float | int | None]
-    discretes: dict[str, bool]
-    elapsed_ms: float
-
-    @property
-    def whole(self) -> bool:
-        """Whether the block's first and last word agree, so that all words are of one moment."""
-        return self.values["sequence"] == self.values["sequence_check"]
-
-    @property
-    def word_order_fits(self) -> bool:
-        """Whether the test value reads as it should."""
-        return self.values["test_u32"] == _TEST_U32
-
-    @property
-    def alarms(self) -> list[str]:
-        """Names of the alarms that are on, from the block: bits are read by a request and at a moment of their own."""
-        word = int(self.values["alarm_word"] or 0)
-        return [row.name for row in _ALARMS if word >> row.address & 1]
-
-
-def poll(host: str, port: int = 502, *, every_s: float = 1.0, word_order: WordOrder = "big") -> Iterator[Snapshot]:
-    """Read the gauge again and again, until the iterator is closed.
-
-    Parameters
-    ----------
-    host : str
-        Name or address of the gauge.
-    port : int
-        TCP port of its Modbus server.
-    every_s : float
-        Time from scan to scan.
-    word_order : {"big", "little"}
-        As set in the gauge.
-
-    Yields
-    ------
-    Snapshot
-
-    Raises
-    ------
-    PollError
-        Nobody listens there, the connection was lost, or the answer was an exception.
-    """
-    with ModbusTcpClient(host, port=port, timeout=_ANSWER_WITHIN_S, retries=0) as client:
-        if not client.connected:
-            raise PollError(f"{host}:{port}: nobody answers; check the address, the port and that the gauge runs")
-        due = time.monotonic()
-        while True:
-            yield _scan(client, f"{host}:{port}", word_order)
-            due = max(due + every_s, time.monotonic())
-            time.sleep(max(0.0, due - time.monotonic()))
-
-
-def _scan(client: ModbusTcpClient, place: str, word_order: WordOrder) -> Snapshot:
-    begun = time.monotonic()
-    try:
-        block = client.read_input_registers(MEASUREMENTS.start, count=len(MEASUREMENTS))
-        bits = client.read_discrete_inputs(DISCRETES.start, count=len(DISCRETES))
-    except (ModbusException, OSError) as error:
-        raise PollError(f"{place}: connection lost; check that the gauge runs ({error})") from error
-    for answer in (block, bits):
-        _refuse_exception(answer, place)
-    elapsed_ms = 1000 * (time.monotonic() - begun)
-    return Snapshot(decode(block.registers, word_order=word_order), decode_discretes(bits.bits), elapsed_ms)
-
-
-def _refuse_exception(answer: ModbusPDU, place: str) -> None:
-    if answer.isError():
-        code = answer.exception_code
-        raise PollError(f"{place}: answers Modbus exception {code}; check that this is a gauge of this version")
 
 
 @dataclass(slots=True)
@@ -203,7 +76,7 @@ class Plc:
         self.log: list[str] = []
         self._place = f"{host}:{port}"
         self._word_order: WordOrder = word_order
-        self._client = ModbusTcpClient(host, port=port, timeout=_ANSWER_WITHIN_S, retries=0)
+        self._client = ModbusTcpClient(host, port=port, timeout=ANSWER_WITHIN_S, retries=0)
         self._connected = False
         self._pressed = False
         self._beat = 0
@@ -257,7 +130,7 @@ class Plc:
         try:
             self._connect()
             self._write()
-            snapshot = _scan(self._client, self._place, self._word_order)
+            snapshot = scan(self._client, self._place, self._word_order)
         except PollError:
             self._lose()
             return None
@@ -323,63 +196,9 @@ class Plc:
         ingot = values["ingot_sequence"] or 0
         if values["ingot_validity"] and ingot != self._seen.ingot:
             self._seen.ingot = ingot
-            self.log.append(f"ingot {ingot} shows its {_ORIENTATIONS[int(values['ingot_orientation'] or 0)]}")
+            self.log.append(f"ingot {ingot} shows its {ORIENTATIONS[int(values['ingot_orientation'] or 0)]}")
 
     def _see_alarms(self, now: list[str]) -> None:
         self.log += [f"{name} came" for name in now if name not in self._seen.alarms]
         self.log += [f"{name} went" for name in self._seen.alarms if name not in now]
         self._seen.alarms = now
-
-
-def snapshot_lines(snapshot: Snapshot) -> list[str]:
-    """Render a snapshot as lines for people.
-
-    Parameters
-    ----------
-    snapshot : Snapshot
-
-    Returns
-    -------
-    list of str
-    """
-    if not snapshot.word_order_fits:
-        return ["the test value reads wrongly: this is not a gauge, or the word order is the other one"]
-    values = snapshot.values
-    exposed = values["timestamp"]
-    reasons = int(values["reason_word"] or 0)
-    states = [name for name, on in snapshot.discretes.items() if on and not name.startswith("alarm_")]
-    lines = [
-        f"{'sequence':<26}{values['sequence']}, heartbeat {values['heartbeat']}",
-        f"{'device_state':<26}{_named(values['device_state'], _DEVICE_STATES)}",
-        f"{'validity':<26}{_named(values['validity'], _VALIDITY)}, reasons {reasons:#010x}",
-        *(_line(name, values[name]) for name in _SHOWN),
-        *_ingot_lines(values),
-        f"{'timestamp':<26}{'no value' if exposed is None else _utc(exposed)}",
-        f"{'states':<26}{', '.join(states) or 'none'}",
-        f"{'alarms':<26}{', '.join(snapshot.alarms) or 'none'}",
-        f"{'answered in':<26}{snapshot.elapsed_ms:.1f} ms",
-    ]
-    return lines if snapshot.whole else [*lines, "torn: the first and the last word of the block differ"]
-
-
-def _ingot_lines(values: Mapping[str, float | int | None]) -> list[str]:
-    if not values["ingot_orientation"]:
-        return []
-    confidence = values["ingot_confidence"] or 0
-    seen = f"{values['ingot_sequence']}, {_ORIENTATIONS[int(values['ingot_orientation'])]}, {confidence:.2f} %"
-    return [f"{'ingot':<26}{seen}"]
-
-
-def _line(name: str, value: float | None) -> str:
-    if value is None:
-        return f"{name:<26}no value"
-    number = f"{value:.3f}" if isinstance(value, float) else str(value)
-    return f"{name:<26}{number} {_UNITS[name]}".rstrip()
-
-
-def _named(code: float | None, names: dict[int, str]) -> str:
-    return f"{code} {names.get(int(code or 0), 'unknown')}"
-
-
-def _utc(since_1970_ms: float) -> str:
-    return datetime.fromtimestamp(since_1970_ms / 1000, UTC).isoformat(sep=" ", timespec="milliseconds")

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Literal, cast
 
 from plc.answers import OnWrite, Tables
-from plc.registers import ProcessImage
+from plc.process_image import ProcessImage
 
 HALF_REQUEST_S = 5.0  # a request that has begun must be whole by then
 STALLED_S = 5.0  # a client must take its answers within this time

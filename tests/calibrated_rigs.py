@@ -6,15 +6,15 @@ from functools import lru_cache
 
 import numpy as np
 
-from appliance.mill.board_pictures import board_light
-from appliance.mill.boards import Board as TrueBoard
-from appliance.mill.boards import board_document, high_pose, low_pose, observe
-from appliance.mill.scenes import set_up
-from appliance.mill.sensor import NoiseStock
-from vision.calibration.board import Board
-from vision.calibration.marks import find_marks
+from appliance.simulation.bars.study_scenes import set_up
+from appliance.simulation.boards.board_pictures import board_light
+from appliance.simulation.boards.boards import Board as TrueBoard
+from appliance.simulation.boards.boards import board_document, high_pose, low_pose, observe
+from appliance.simulation.sensor import NoiseStock
+from vision.calibration.checkerboard import Board
 from vision.calibration.stereo import calibrate
-from vision.sizing.budget import U_EXPONENT
+from vision.calibration.still_marks import find_marks
+from vision.sizing.tangent.uncertainty_budget import U_EXPONENT
 
 
 @lru_cache(maxsize=2)

@@ -10,7 +10,8 @@ from pathlib import Path
 
 from messages import reading
 
-from appliance.stations.link import StateMessage, StationLink
+from appliance.processes.link import StationLink
+from appliance.processes.message import StateMessage
 
 
 def main() -> None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from appliance.cameras.pacing import Pacer, utc_ms
 from appliance.cameras.source import CameraError, FramePair
-from appliance.stations import sizing
+from appliance.sizing import station as sizing
 from vision.readings import SizeReading
 
 RATE_HZ = 20.0

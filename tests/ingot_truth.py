@@ -6,14 +6,14 @@ from typing import NamedTuple
 
 import cv2
 
-from appliance.cameras.recording import read_picture
-from appliance.ingot_settings import IngotSettings
-from appliance.mill.ingot.conditions import ingot_sequence
-from appliance.references import IngotView, decision_rule, load_view, make_reader
-from vision.ingot.classifiers import dual, single
-from vision.ingot.decision import IngotFollower
-from vision.ingot.end_face import Box
-from vision.ingot.reader import References
+from appliance.cameras.recording.pairs import read_picture
+from appliance.ingot.reader_setup import IngotView, decision_rule, load_view, make_reader
+from appliance.ingot.settings import IngotSettings
+from appliance.simulation.ingots.conditions import ingot_sequence
+from vision.ingot.classifiers.ssim import dual, single
+from vision.ingot.end_finder import Box
+from vision.ingot.orientation_reader import References
+from vision.ingot.sequential_decision import IngotFollower
 
 SETTINGS = IngotSettings()
 SAME_WITHIN = 5  # frames without an ingot in the truth that do not part two

@@ -1,6 +1,7 @@
 """Messages of station processes for tests, all fields filled."""
 
-from appliance.stations.link import IngotMessage, IngotVerdict, ReadingMessage
+from appliance.ingot.message import IngotMessage, IngotVerdict
+from appliance.sizing.message import ReadingMessage
 
 
 def reading(**changes: object) -> ReadingMessage:

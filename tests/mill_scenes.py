@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from appliance.mill.bars import Bar
-from appliance.mill.rig import TrueRig
-from vision.calibration.rig import Camera, Rig
+from appliance.simulation.bars.bars import Bar
+from appliance.simulation.true_rig import TrueRig
+from vision.calibration.rig import Rig
+from vision.geometry.camera import Camera
 
 
 def perfect_rig(true_rig: TrueRig, response: str = "srgb") -> Rig:

@@ -6,7 +6,8 @@ from collections.abc import Callable
 
 from modbus_wire import Wire, read
 
-from plc.registers import DISCRETES, MEASUREMENTS, decode, decode_discretes
+from plc.process_image import decode, decode_discretes
+from plc.registers import DISCRETES, MEASUREMENTS
 
 Values = dict[str, float | int | None]
 

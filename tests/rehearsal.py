@@ -11,9 +11,10 @@ from pathlib import Path
 import pytest
 from modbus_wire import Wire
 
-from appliance import supervisor as supervisor_module
-from appliance.settings import PlcSettings, Settings, SizingSettings
-from appliance.supervisor import StartRefusedError, Supervisor
+from appliance.sizing.stereo.settings import SizingSettings
+from appliance.supervisor import supervisor as supervisor_module
+from appliance.supervisor.settings import PlcSettings, Settings
+from appliance.supervisor.supervisor import StartRefusedError, Supervisor
 
 TESTS = Path(__file__).parent
 

@@ -31,7 +31,7 @@ class Appliance:
         while time.monotonic() < until:
             tasks = Path(f"/proc/{self.process.pid}/task").glob("*/children")
             children = [int(child) for task in tasks for child in task.read_text().split()]
-            stations = [child for child in children if _runs(child, f"appliance.stations.{name}")]
+            stations = [child for child in children if _runs(child, f"appliance.{name}.station")]
             if stations:
                 (station,) = stations
                 return station

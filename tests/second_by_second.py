@@ -7,7 +7,7 @@ from typing import NamedTuple
 from modbus_wire import Wire
 from plc_view import look
 
-from appliance.faults import FAULTS
+from appliance.diagnostics.fault_table import FAULTS
 from plc.registers import ALARMS, REGISTERS
 
 POLL_S = 0.02

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from messages import reading
 
-from appliance.stations import keeper
-from appliance.stations.keeper import Health, Keeper
+from appliance.processes import monitored_process as keeper
+from appliance.processes.monitored_process import Health, Keeper
 
 TESTS = Path(__file__).parent
 WARM_UP = 10

@@ -5,9 +5,10 @@ import threading
 
 from pydantic import TypeAdapter
 
-from appliance.sizing_settings import Sizing
-from appliance.stations import sizing
-from appliance.stations.link import Message, StateMessage, StationLink, parse
+from appliance.processes.link import Message, StationLink, parse
+from appliance.processes.message import StateMessage
+from appliance.sizing import station as sizing
+from appliance.sizing.settings import Sizing
 
 
 class Station:

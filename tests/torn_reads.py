@@ -7,7 +7,9 @@ from typing import NamedTuple
 
 from modbus_wire import Wire, read
 
-from plc.registers import MEASUREMENTS, REGISTERS, WordOrder, decode
+from plc.process_image import decode
+from plc.registers import MEASUREMENTS, REGISTERS
+from plc.rows import WordOrder
 
 
 class Blocks(NamedTuple):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from appliance.mill.rig import TrueCamera
+from appliance.simulation.true_rig import TrueCamera
 
 MARGIN_PX = 60
 BORDER_ROWS = 16  # above and below what is judged: edges there have all their neighbours

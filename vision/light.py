@@ -1,9 +1,11 @@
 """From pixel values back to light: an edge is halfway in light, not in code values."""
 
+from typing import Literal
+
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.calibration.rig import Response
+Response = Literal["srgb", "linear", "gamma 2.2"]
 
 
 def decoding_table(response: Response) -> NDArray[np.float32]:

@@ -14,7 +14,7 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from appliance.camera_settings import LivenessSettings
+from appliance.cameras.settings import LivenessSettings
 from appliance.cameras.source import Frame, FramePair
 
 Picture = NDArray[np.uint8]

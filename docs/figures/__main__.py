@@ -7,26 +7,27 @@ import os
 from pathlib import Path
 
 import cv2
+import edge_detectors
 import matplotlib as mpl
 import numpy as np
-
-mpl.use("Agg")
-import edge_detectors
 from matplotlib import pyplot as plt
 
-from appliance.calibrate import calibrate_folder
-from appliance.cameras.picture_recording import PictureRecording
-from appliance.cameras.recording import Recording
-from appliance.mill.bars import Bar
-from appliance.mill.ingot.conditions import ingot_sequence
-from appliance.mill.rig import default_rig
-from appliance.mill.scene import Scene
-from appliance.mill.sensor import Sensor, coded
-from vision.calibration.rig import Camera, Rig
+from appliance.cameras.recording.pairs import Recording
+from appliance.cameras.recording.pictures import PictureRecording
+from appliance.simulation.bars.bars import Bar
+from appliance.simulation.bars.line_scene import Scene
+from appliance.simulation.ingots.conditions import ingot_sequence
+from appliance.simulation.sensor import Sensor, coded
+from appliance.simulation.true_rig import default_rig
+from appliance.sizing.stereo.calibrate_folder import calibrate_folder
+from vision.calibration.rig import Rig
 from vision.edges.profiles import sample_profiles
+from vision.geometry.camera import Camera
 from vision.light import decoding_table
-from vision.sizing.limb import LimbFinder
-from vision.sizing.region import RegionGrid
+from vision.sizing.region_grid import RegionGrid
+from vision.sizing.tangent.limb_finder import LimbFinder
+
+mpl.use("Agg")
 
 FOLDER = Path(__file__).parent
 RECORDINGS = Path(os.environ.get("HOTGAUGE_RECORDINGS", FOLDER.parents[2] / "shared" / "recordings"))

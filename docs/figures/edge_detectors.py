@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from matplotlib import pyplot as plt
 
-from appliance.mill.scenes import draw
+from appliance.simulation.bars.study_scenes import draw
 from vision.edges.binary import BAR_EDGES, CLEAR_EDGES, EVERY_EDGE, binarised, denoised
 from vision.edges.operators import canny, detect_edges
 from vision.edges.thinning import ridges

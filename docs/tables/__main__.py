@@ -3,14 +3,15 @@
 import logging
 from pathlib import Path
 
-from appliance.alarms import ALARMS
-from appliance.expansion import GRADES
-from appliance.faults import FAULTS
-from appliance.mill.ingot.conditions import INGOT_CONDITIONS
-from appliance.mill.scenes import CONDITIONS
-from appliance.settings import table
+from appliance.conformity.thermal_expansion import GRADES
+from appliance.diagnostics.alarms import ALARMS
+from appliance.diagnostics.fault_table import FAULTS
+from appliance.settings.table import table
+from appliance.simulation.bars.study_scenes import CONDITIONS
+from appliance.simulation.ingots.conditions import INGOT_CONDITIONS
+from appliance.supervisor.settings import Settings
 from plc.export import to_markdown
-from vision.readings import INGOT_REASONS, REASONS
+from vision.reasons import INGOT_REASONS, REASONS
 
 FOLDER = Path(__file__).parent
 
@@ -32,7 +33,7 @@ def settings() -> str:
     """All settings, in the order of the file."""
     rows = [
         (f"`{row.key}`" + (f" ({row.kind})" if row.kind else ""), row.allowed, row.default or "not set", row.text)
-        for row in table()
+        for row in table(Settings)
     ]
     return _document("Settings", "One TOML file, checked by `hotgauge check-config FILE`.", _SETTINGS_HEAD, rows)
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from vision.calibration.board import Board
+from vision.calibration.checkerboard import Board
 
 IMAGE_SIZE = (1600, 1200)
 BOARD = Board((8, 5), 50.0, 0.0, 200.0, 0.01, 0.1, "gamma 2.2")

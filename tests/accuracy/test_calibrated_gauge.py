@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from mill_scenes import random_bar
 
-from appliance.mill.boards import Board as TrueBoard
-from appliance.mill.boards import board_document, observe
-from appliance.mill.rig import random_rig
-from appliance.mill.scene import Scene
-from vision.calibration.board import Board
+from appliance.simulation.bars.line_scene import Scene
+from appliance.simulation.boards.boards import Board as TrueBoard
+from appliance.simulation.boards.boards import board_document, observe
+from appliance.simulation.true_rig import random_rig
+from vision.calibration.checkerboard import Board
 from vision.calibration.stereo import calibrate
-from vision.sizing.tangent import TangentGauge
+from vision.sizing.tangent.gauge import TangentGauge
 
 SEEDS = range(200, 212)
 

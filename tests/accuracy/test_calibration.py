@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from board_truth import BOARD, IMAGE_SIZE, flat_board, observe, random_cameras, random_poses
 
-from vision.calibration.board import Board
+from vision.calibration.acceptance import CalibrationError
+from vision.calibration.checkerboard import Board
 from vision.calibration.rig import Rig
 from vision.calibration.stereo import Calibration, calibrate
-from vision.calibration.verdict import CalibrationError
 
 N_RIGS = 48
 

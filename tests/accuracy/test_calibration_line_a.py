@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 import pytest
 
-from appliance.calibrate import calibrate_folder, report_lines
-from vision.calibration.board import Board
-from vision.calibration.verdict import CalibrationError
+from appliance.sizing.stereo.calibrate_folder import calibrate_folder, report_lines
+from vision.calibration.acceptance import CalibrationError
+from vision.calibration.checkerboard import Board
 
 # The renderer's origin is not the board's centre.
 BOARD_CENTRE_MM = np.array([-10.0, 10.0, 0.0])

@@ -8,9 +8,9 @@ import json
 import numpy as np
 import pytest
 
-from appliance.calibrate import calibrate_folder
-from appliance.measure import measure_recording
-from appliance.rigs import save_rig
+from appliance.sizing.stereo.calibrate_folder import calibrate_folder
+from appliance.sizing.stereo.measure_recording import measure_recording
+from appliance.sizing.stereo.rig_file import save_rig
 
 SCENES = {
     "clean": ("s1_clean", "s3_clean", "s5_clean", "s7_clean"),

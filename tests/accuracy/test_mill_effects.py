@@ -8,13 +8,13 @@ import scipy.optimize
 import scipy.spatial
 import scipy.stats
 
-from appliance.mill.background import _irradiance, draw
-from appliance.mill.bars import Bar, Oxide
-from appliance.mill.rig import default_rig, random_rig
-from appliance.mill.scene import Scene
-from appliance.mill.sensor import Blur
-from appliance.mill.silhouette import Glow, silhouette
-from appliance.mill.surface import with_details
+from appliance.simulation.bars.background import _irradiance, draw
+from appliance.simulation.bars.bars import Bar, Oxide
+from appliance.simulation.bars.line_scene import Scene
+from appliance.simulation.bars.silhouette import Glow, silhouette
+from appliance.simulation.bars.surface import with_details
+from appliance.simulation.sensor import Blur
+from appliance.simulation.true_rig import default_rig, random_rig
 
 UNIFORM = Glow(limb_darkening=0.0, unevenness=0.0)
 CORE_ONLY = Blur(core_px=0.7, halo_part=0.0)

@@ -10,13 +10,13 @@ import scipy.spatial
 import scipy.special
 import scipy.stats
 
-from appliance.mill.bars import Bar
-from appliance.mill.board_pictures import board_light
-from appliance.mill.boards import Board, Pose, low_pose, random_poses
-from appliance.mill.rig import default_rig, random_rig
-from appliance.mill.scene import Scene
-from appliance.mill.sensor import Blur
-from appliance.mill.silhouette import Glow, silhouette
+from appliance.simulation.bars.bars import Bar
+from appliance.simulation.bars.line_scene import Scene
+from appliance.simulation.bars.silhouette import Glow, silhouette
+from appliance.simulation.boards.board_pictures import board_light
+from appliance.simulation.boards.boards import Board, Pose, low_pose, random_poses
+from appliance.simulation.sensor import Blur
+from appliance.simulation.true_rig import default_rig, random_rig
 
 UNIFORM = Glow(limb_darkening=0.0, unevenness=0.0)
 CORE_ONLY = Blur(core_px=0.7, halo_part=0.0)

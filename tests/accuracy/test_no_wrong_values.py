@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 from mill_scenes import perfect_rig
 
-from appliance.mill.scenes import draw
-from vision.readings import Reason, SizeReading
-from vision.sizing.tangent import TangentGauge
+from appliance.simulation.bars.study_scenes import draw
+from vision.readings import SizeReading
+from vision.reasons import Reason
+from vision.sizing.tangent.gauge import TangentGauge
 
 SEEDS = (20_001, 20_002)
 

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from mill_scenes import perfect_rig, random_bar
 
-from appliance.mill.rig import random_rig
-from appliance.mill.scene import Scene
-from appliance.mill.sensor import Sensor
-from appliance.mill.silhouette import Glow
-from vision.sizing.tangent import TangentGauge
+from appliance.simulation.bars.line_scene import Scene
+from appliance.simulation.bars.silhouette import Glow
+from appliance.simulation.sensor import Sensor
+from appliance.simulation.true_rig import random_rig
+from vision.sizing.tangent.gauge import TangentGauge
 
 SEEDS = range(100, 112)
 

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from test_virtual_board_route import gauge_of
 
-from appliance.mill.scenes import draw
-from vision.readings import Reason
+from appliance.simulation.bars.study_scenes import draw
+from vision.reasons import Reason
 
 SEED = 300
 

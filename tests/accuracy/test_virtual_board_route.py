@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from mill_scenes import perfect_rig
 
-from appliance.calibrate import calibrate_folder
-from appliance.cameras.recording import Recording
-from appliance.mill.scenes import draw
-from vision.readings import Reason
-from vision.sizing.virtual_board import VirtualBoardGauge
-from vision.sizing.virtual_board_reading import AS_PRINTED, Corrections
+from appliance.cameras.recording.pairs import Recording
+from appliance.simulation.bars.study_scenes import draw
+from appliance.sizing.stereo.calibrate_folder import calibrate_folder
+from vision.reasons import Reason
+from vision.sizing.virtual_board.gauge import VirtualBoardGauge
+from vision.sizing.virtual_board.reading import AS_PRINTED, Corrections
 
 SEEDS = range(300, 304)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from appliance import cli
+from appliance.cli import main as cli
 
 REPOSITORY = Path(__file__).parents[2]
 TABLES = REPOSITORY / "docs" / "tables"

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from random_forests import random_forest, random_picture
 
-from appliance.mill.bars import Bar
-from appliance.mill.rig import default_rig
-from appliance.mill.scene import Scene
+from appliance.simulation.bars.bars import Bar
+from appliance.simulation.bars.line_scene import Scene
+from appliance.simulation.true_rig import default_rig
 from vision.edges.forest.inference import EdgeDetector
 from vision.edges.forest.model import shipped_forest
 from vision.edges.forest.opencv_format import write_opencv

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from appliance.mill.thermal import random_thermal_line, thermal_camera
-from vision.calibration.conveyor import Barriers
-from vision.calibration.conveyor_view import ConveyorReference
-from vision.sizing.conveyor import ConveyorGauge
-from vision.sizing.conveyor_experiments import EXPERIMENTS, experiment
+from appliance.simulation.thermal_line import random_thermal_line, thermal_camera
+from vision.sizing.conveyor.barriers import Barriers
+from vision.sizing.conveyor.camera_view import ConveyorReference
+from vision.sizing.conveyor.gauge import ConveyorGauge
+from vision.sizing.conveyor.published_experiments import EXPERIMENTS, experiment
 
 TEXT = (
     "Simulated thermal recordings, each its own camera, barriers and bar; every other bar is 165 mm. Three empty "

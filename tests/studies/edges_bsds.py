@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from scipy import io
 
-from appliance.train_edges import bsds_example, bsds_pairs
+from appliance.training.edge_forest import bsds_example, bsds_pairs
 from vision.edges.evaluation import BoundaryCounts, boundary_counts, boundary_scores
 from vision.edges.forest.inference import EdgeDetector
 from vision.edges.forest.model import StructuredForest, shipped_forest

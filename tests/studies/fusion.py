@@ -10,14 +10,14 @@ from functools import lru_cache
 import numpy as np
 from calibrated_rigs import calibrated_rig
 
-from appliance.mill.scenes import draw
-from vision.alignment import BarOutline
+from appliance.simulation.bars.study_scenes import draw
+from vision.alignment.quality import BarOutline
 from vision.fusion.methods import METHODS
-from vision.sizing.aligned_pair import AlignedPair
-from vision.sizing.boundary import boundaries_of_interest, hot_mask
-from vision.sizing.crossing import solve_section
-from vision.sizing.virtual_board import VirtualBoardGauge, _reasons_of_edges, as_it_is
-from vision.sizing.virtual_board_reading import VirtualBoardReading
+from vision.sizing.virtual_board.aligned_pair import AlignedPair
+from vision.sizing.virtual_board.boundaries_of_interest import boundaries_of_interest, hot_mask
+from vision.sizing.virtual_board.gauge import VirtualBoardGauge, _reasons_of_edges, as_it_is
+from vision.sizing.virtual_board.reading import VirtualBoardReading
+from vision.sizing.virtual_board.tangent_crossing import solve_section
 
 TEXT = (
     "Route V on one picture out of two, by method; rigs, boards and calibrations as in served_diameter, 800 x 600, "

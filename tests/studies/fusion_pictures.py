@@ -7,14 +7,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from appliance.calibrate import calibrate_folder
-from appliance.cameras.recording import Recording
-from vision.alignment import Alignment
-from vision.calibration.virtual_board import VirtualBoards
+from appliance.cameras.recording.pairs import Recording
+from appliance.sizing.stereo.calibrate_folder import calibrate_folder
+from vision.alignment.view_alignment import Alignment
+from vision.alignment.virtual_boards import VirtualBoards
 from vision.fusion.methods import METHODS, fuse
 from vision.fusion.metrics import METRICS
-from vision.sizing.virtual_board import VirtualBoardGauge
-from vision.turned_region import picture_region
+from vision.geometry.turned_region import picture_region
+from vision.sizing.virtual_board.gauge import VirtualBoardGauge
 
 TEXT = (
     "Recording line_a, all 16 pairs, rig calibrated from its own boards; grey pictures, the rows that show the "

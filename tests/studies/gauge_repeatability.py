@@ -3,7 +3,7 @@
 import numpy as np
 from calibrated_rigs import off_response, rig_with_marks
 
-from appliance.mill.scenes import set_up
+from appliance.simulation.bars.study_scenes import set_up
 from studies.served_diameter import rounded
 from vision.sizing.gauge import Gauge
 

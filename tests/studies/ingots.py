@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ingot_truth import CLASSIFIERS, follow, recorded, simulated
 
-from vision.ingot.classifiers import Confusion
+from vision.ingot.confusion import Confusion
 
 TEXT = (
     "Simulated ingot lines at 960 x 540, one ingot each (two where two are in view), and the four recorded sequences. "

@@ -19,7 +19,7 @@ from modbus_wire import LIVE, Wire, frame, read
 from running import free_port, running
 from torn_reads import agrees_with_itself
 
-from plc.registers import encode
+from plc.process_image import encode
 from plc.server import ModbusServer
 
 TEXT = (

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 from calibrated_rigs import off_response, rig_with_marks
 
-from appliance.camera_settings import LivenessSettings
 from appliance.cameras.liveness import Exposure, Liveness
-from appliance.mill.scenes import set_up
+from appliance.cameras.settings import LivenessSettings
+from appliance.simulation.bars.study_scenes import set_up
 from studies.served_diameter import is_wrong, told
 from vision.sizing.gauge import Gauge
 

@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 from calibrated_rigs import board_of, rig_with_marks
 
-from appliance.calibrate import calibrate_folder
-from appliance.mill.board_pictures import rig_folder_pictures
-from appliance.mill.boards import board_document
-from appliance.mill.scenes import set_up
+from appliance.simulation.bars.study_scenes import set_up
+from appliance.simulation.boards.board_pictures import rig_folder_pictures
+from appliance.simulation.boards.boards import board_document
+from appliance.sizing.stereo.calibrate_folder import calibrate_folder
 from studies.served_diameter import rounded
 from vision.sizing.gauge import Gauge
 

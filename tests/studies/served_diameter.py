@@ -5,9 +5,9 @@ import math
 import numpy as np
 from calibrated_rigs import off_response, rig_with_marks
 
-from appliance.judging import trust_percent
-from appliance.mill.scenes import draw
-from vision.calibration.verdict import CalibrationError
+from appliance.simulation.bars.study_scenes import draw
+from appliance.sizing.trust import trust_percent
+from vision.calibration.acceptance import CalibrationError
 from vision.sizing.gauge import Gauge
 
 TEXT = (

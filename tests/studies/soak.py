@@ -13,7 +13,7 @@ from pathlib import Path
 from running import free_port, running
 from second_by_second import Polling
 
-from appliance.mill.bars import bar_at
+from appliance.simulation.bars.bars import bar_at
 from studies.modbus_load import footprint
 
 TEXT = (

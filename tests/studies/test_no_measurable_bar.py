@@ -8,7 +8,7 @@ import pytest
 from studies.__main__ import RESULTS
 from studies.no_measurable_bar import run
 from studies.served_diameter import is_wrong
-from vision.sizing.region import Outline, RegionGrid
+from vision.sizing.region_grid import Outline, RegionGrid
 
 DRAWN_AGAIN = [{"case": name, "seed": seed} for name in ("no bar", "two bars") for seed in (500, 501)]
 

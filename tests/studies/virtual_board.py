@@ -12,16 +12,17 @@ from functools import lru_cache
 
 import numpy as np
 
-from appliance.mill.boards import Board as TrueBoard
-from appliance.mill.boards import board_document, observe
-from appliance.mill.rig import REGION_MM, TrueCamera, TrueRig, look_at
-from appliance.mill.scene import Scene
-from appliance.mill.scenes import set_up
-from vision.alignment import Alignment, search_by_offset
-from vision.calibration.board import Board
+from appliance.simulation.bars.line_scene import Scene
+from appliance.simulation.bars.study_scenes import set_up
+from appliance.simulation.boards.boards import Board as TrueBoard
+from appliance.simulation.boards.boards import board_document, observe
+from appliance.simulation.true_rig import REGION_MM, TrueCamera, TrueRig, look_at
+from vision.alignment.height_search import search_by_offset
+from vision.alignment.view_alignment import Alignment
+from vision.calibration.checkerboard import Board
 from vision.calibration.stereo import calibrate
-from vision.sizing.virtual_board import VirtualBoardGauge
-from vision.sizing.virtual_board_reading import AS_PRINTED, CORRECTED, Corrections
+from vision.sizing.virtual_board.gauge import VirtualBoardGauge
+from vision.sizing.virtual_board.reading import AS_PRINTED, CORRECTED, Corrections
 
 TEXT = (
     "Route V, rig calibrated by the product from projected corners with detector noise and boards with print errors; "

@@ -9,13 +9,13 @@ import cv2
 import numpy as np
 from calibrated_rigs import off_response, rig_with_marks
 
-from appliance.mill.scenes import draw, set_up
+from appliance.simulation.bars.study_scenes import draw, set_up
 from studies import no_measurable_bar
 from studies.served_diameter import error_mm, rounded
-from vision.calibration.marks import NO_MARKS
-from vision.sizing.cylinder import BIWEIGHT, fit_cylinder
+from vision.calibration.still_marks import NO_MARKS
 from vision.sizing.gauge import Gauge
-from vision.sizing.rough import TangentPlane, rough_cylinder
+from vision.sizing.tangent.cylinder_fit import BIWEIGHT, fit_cylinder
+from vision.sizing.tangent.tangent_planes import TangentPlane, rough_cylinder
 
 TEXT = (
     "The gauge as served, and with one step or check left out; rigs and calibrations as in served_diameter, cameras "

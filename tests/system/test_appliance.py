@@ -14,8 +14,8 @@ from plc_view import Values, has_none, has_value, look, look_at_bits, wait_for
 from running import Appliance, free_port, gone_within, running
 from torn_reads import agrees_with_itself, count_torn
 
-from appliance.mill.bars import bar_at
-from vision.readings import Reason
+from appliance.simulation.bars.bars import bar_at
+from vision.reasons import Reason
 
 SEED = 5
 BARS_MM = [bar.diameter_mm for frame in range(0, 3000, 50) if (bar := bar_at(SEED, frame)) is not None]

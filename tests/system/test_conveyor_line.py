@@ -5,10 +5,10 @@ import time
 from plc_view import look, wait_for
 from running import free_port, running
 
-from appliance.mill.bars import Bar, bar_at
-from appliance.mill.thermal import ThermalLine, thermal_camera
-from appliance.mill.writer import write_thermal_recording
-from plc.client import poll
+from appliance.simulation.bars.bars import Bar, bar_at
+from appliance.simulation.thermal_line import ThermalLine, thermal_camera
+from appliance.simulation.write_recording import write_thermal_recording
+from plc.poll import poll
 
 SEED = 11
 SETTINGS = """

@@ -15,9 +15,11 @@ import pytest
 from rehearsal import Rehearsal, rehearsing
 from second_by_second import Polling, Seen
 
-from appliance.faults import FAULTS
-from appliance.settings import Settings, SettingsError, SizingSettings
-from appliance.stations import keeper
+from appliance.diagnostics.fault_table import FAULTS
+from appliance.processes import monitored_process as keeper
+from appliance.settings.file import SettingsError
+from appliance.sizing.stereo.settings import SizingSettings
+from appliance.supervisor.settings import Settings
 
 OFF_S = 1.0
 BACK_S = 10.0
@@ -164,7 +166,7 @@ def test_a_loop_that_runs_without_measuring_is_a_fault_and_ended(tmp_path, monke
 
 
 def test_a_clock_that_is_set_by_a_day_is_told_and_touches_no_value(rehearsal, plc, monkeypatch):
-    from appliance import wall_clock  # noqa: PLC0415
+    from appliance.supervisor import clock_watch as wall_clock  # noqa: PLC0415
 
     monkeypatch.setattr(wall_clock, "REMEMBERED_S", 2.0)
     for step_s in (86_400, -86_400):

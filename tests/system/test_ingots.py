@@ -11,7 +11,8 @@ from modbus_wire import read
 from plc_view import look, wait_for
 from running import free_port, running
 
-from plc.registers import INGOT_RING, decode
+from plc.process_image import decode
+from plc.registers import INGOT_RING
 
 SETTINGS = """
 [plc]

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from running import HOTGAUGE, free_port
 
-from appliance.cameras.mill import MillSource
-from appliance.gauging import mill_rig
-from appliance.rigs import save_rig
+from appliance.cameras.simulated.pairs import MillSource
+from appliance.sizing.stereo.rig_file import save_rig
+from appliance.sizing.stereo.simulated_rig import mill_rig
 
 SIDES = ("left", "right")
 

@@ -17,8 +17,8 @@ from plc_view import look
 from rehearsal import Rehearsal, rehearsing
 from running import HOTGAUGE, free_port
 
-from appliance import service
-from appliance.install import FILES, UNIT, install, remove
+from appliance.service import systemd as service
+from appliance.service.install import FILES, UNIT, install, remove
 
 REPOSITORY = Path(__file__).parents[2]
 

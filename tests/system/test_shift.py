@@ -11,8 +11,9 @@ from ingot_recording import BOTTOM, EMPTY, TOP, write_recording
 from modbus_wire import read
 from running import Appliance, free_port, running
 
-from appliance.mill.bars import bar_at
-from plc.client import Plc, Snapshot
+from appliance.simulation.bars.bars import bar_at
+from plc.client import Plc
+from plc.poll import Snapshot
 
 SEED = 5
 SCAN_S = 0.02

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from appliance.alarms import ALARMS, Alarms
-from appliance.faults import FAULTS
+from appliance.diagnostics.alarms import ALARMS, Alarms
+from appliance.diagnostics.fault_table import FAULTS
 from plc.registers import REGISTERS
 
 NAMES = [

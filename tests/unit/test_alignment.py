@@ -5,14 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from vision.alignment import (
-    BarOutline,
-    HeightLoop,
-    Quality,
-    alignment_quality,
-    search_by_offset,
-    search_by_overlap,
-)
+from vision.alignment.height_search import HeightLoop, search_by_offset, search_by_overlap
+from vision.alignment.quality import BarOutline, Quality, alignment_quality
 
 ROWS = np.arange(0.0, 101.0)
 

@@ -1,9 +1,11 @@
+"""TBD"""
+
 import json
 
 import numpy as np
 import pytest
 
-from vision.calibration.board import Board
+from vision.calibration.checkerboard import Board
 
 VALUES = {
     "squares": [8, 5],

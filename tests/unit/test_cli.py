@@ -1,3 +1,5 @@
+"""TBD"""
+
 import csv
 import json
 import shutil
@@ -8,14 +10,14 @@ import numpy as np
 import pytest
 from running import free_port
 
-from appliance import cli
-from appliance.cameras.mill import MillSource
-from appliance.cameras.picture_recording import PictureRecording
-from appliance.gauging import mill_rig
-from appliance.measure import READING_FIELDS
-from appliance.mill.bars import bar_at
-from appliance.mill.scenes import set_up
-from appliance.rigs import save_rig
+from appliance.cameras.recording.pictures import PictureRecording
+from appliance.cameras.simulated.pairs import MillSource
+from appliance.cli import main as cli
+from appliance.simulation.bars.bars import bar_at
+from appliance.simulation.bars.study_scenes import set_up
+from appliance.sizing.reading_rows import READING_FIELDS
+from appliance.sizing.stereo.rig_file import save_rig
+from appliance.sizing.stereo.simulated_rig import mill_rig
 
 FRAMES = 3
 SEED = 1

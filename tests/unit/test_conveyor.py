@@ -7,16 +7,16 @@ import cv2
 import numpy as np
 import pytest
 
-from appliance import cli
-from appliance.mill.bars import Bar
-from appliance.mill.thermal import ThermalLine, random_thermal_line, thermal_camera
-from appliance.mill.writer import write_thermal_recording
-from vision.calibration.conveyor import Barriers, find_barriers, grey_light
-from vision.calibration.conveyor_view import ConveyorReference, conveyor_view
-from vision.readings import Reason
-from vision.sizing import conveyor
-from vision.sizing.conveyor import ConveyorGauge, diameters_mm
-from vision.sizing.conveyor_experiments import experiment, homography
+from appliance.cli import main as cli
+from appliance.simulation.bars.bars import Bar
+from appliance.simulation.thermal_line import ThermalLine, random_thermal_line, thermal_camera
+from appliance.simulation.write_recording import write_thermal_recording
+from vision.reasons import Reason
+from vision.sizing.conveyor import gauge as conveyor
+from vision.sizing.conveyor.barriers import Barriers, find_barriers, grey_light
+from vision.sizing.conveyor.camera_view import ConveyorReference, conveyor_view
+from vision.sizing.conveyor.gauge import ConveyorGauge, diameters_mm
+from vision.sizing.conveyor.published_experiments import experiment, homography
 
 BAR = Bar(165.0, 20.0, 0.0)
 CAMERA_MM = 2600.0

@@ -8,15 +8,16 @@ import numpy as np
 import pytest
 from station_thread import Station
 
-from appliance import cli
 from appliance.cameras.source import Frame
-from appliance.doctor import examine
-from appliance.mill.bars import Bar, bar_at
-from appliance.mill.thermal import ThermalLine, thermal_camera
-from appliance.mill.writer import write_thermal_recording
-from appliance.stations import sizing
-from appliance.stations.link import ReadingMessage, StateMessage
-from vision.readings import Reason
+from appliance.cli import main as cli
+from appliance.processes.message import StateMessage
+from appliance.service.doctor import examine
+from appliance.simulation.bars.bars import Bar, bar_at
+from appliance.simulation.thermal_line import ThermalLine, thermal_camera
+from appliance.simulation.write_recording import write_thermal_recording
+from appliance.sizing import station as sizing
+from appliance.sizing.message import ReadingMessage
+from vision.reasons import Reason
 
 BAR = Bar(165.0, 20.0, 0.0)
 LINE = ThermalLine(thermal_camera(), bar=BAR, seed=3)

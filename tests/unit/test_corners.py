@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from vision.calibration import corners
-from vision.calibration.board import Board
+from vision.calibration.checkerboard import Board
 from vision.calibration.corners import find_corners
 
 BOARD = Board((8, 5), 50.0, 0.0, 200.0, 0.01, 0.1, "gamma 2.2")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from vision.sizing.crossing import solve_section, tangent_cuts
+from vision.sizing.virtual_board.tangent_crossing import solve_section, tangent_cuts
 
 
 def plane_of(cameras_mm, bar):

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vision.sizing.cylinder import EdgeRays, fit_cylinder, tangent_distance_mm, touched_points
-from vision.sizing.rough import TangentPlane, consensus_line, rough_cylinder
+from vision.geometry.consensus_line import consensus_line
+from vision.sizing.tangent.cylinder_fit import EdgeRays, fit_cylinder, tangent_distance_mm, touched_points
+from vision.sizing.tangent.tangent_planes import TangentPlane, rough_cylinder
 
 CAMERAS = np.array([[-700.0, -900.0, 2400.0], [800.0, -1100.0, 2200.0]])
 X0, Z0, RADIUS = 35.0, 120.0, 110.0

@@ -1,3 +1,5 @@
+"""TBD"""
+
 import csv
 import io
 import json

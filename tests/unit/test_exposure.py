@@ -5,8 +5,8 @@ import math
 
 import pytest
 
-from appliance.camera_settings import ExposureSettings
-from appliance.exposure import ExposureGuard
+from appliance.cameras.exposure_control import ExposureGuard
+from appliance.cameras.settings import ExposureSettings
 
 SETTINGS = ExposureSettings(after_s=10, shortest_us=50, longest_us=2000)
 CONTROLLED = SETTINGS.model_copy(update={"control": True})

@@ -1,8 +1,11 @@
+"""TBD"""
+
 import logging
 
 import pytest
 
-from appliance.faults import FAULTS, DeviceState, Faults
+from appliance.diagnostics.fault_table import FAULTS, DeviceState
+from appliance.diagnostics.faults import Faults
 
 
 def test_codes_and_names_are_unique_and_every_row_says_what_to_do():

@@ -1,3 +1,5 @@
+"""TBD"""
+
 import numpy as np
 import pytest
 from random_forests import random_forest, random_picture

@@ -1,3 +1,5 @@
+"""TBD"""
+
 import io
 from dataclasses import fields, replace
 

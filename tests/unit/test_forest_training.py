@@ -1,3 +1,5 @@
+"""TBD"""
+
 import numpy as np
 import pytest
 

@@ -9,10 +9,10 @@ import cv2
 import numpy as np
 import pytest
 
-from appliance import cli
-from appliance.cameras.mill import MillSource
-from appliance.gauging import mill_rig
-from appliance.rigs import save_rig
+from appliance.cameras.simulated.pairs import MillSource
+from appliance.cli import main as cli
+from appliance.sizing.stereo.rig_file import save_rig
+from appliance.sizing.stereo.simulated_rig import mill_rig
 
 
 @pytest.fixture(scope="module")

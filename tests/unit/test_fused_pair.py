@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from mill_scenes import perfect_rig
 
-from appliance.mill.bars import Bar
-from appliance.mill.rig import default_rig
-from appliance.mill.scene import Scene
-from vision.alignment import Alignment
-from vision.calibration.virtual_board import VirtualBoards
+from appliance.simulation.bars.bars import Bar
+from appliance.simulation.bars.line_scene import Scene
+from appliance.simulation.true_rig import default_rig
+from vision.alignment.view_alignment import Alignment
+from vision.alignment.virtual_boards import VirtualBoards
 from vision.fusion.methods import METHODS
-from vision.sizing.virtual_board import VirtualBoardGauge
-from vision.turned_region import whole_picture
+from vision.geometry.turned_region import whole_picture
+from vision.sizing.virtual_board.gauge import VirtualBoardGauge
 
 DIAMETER_MM = 180.0
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from mill_scenes import perfect_rig, random_bar
 
-from appliance.mill.bars import Bar
-from appliance.mill.rig import default_rig, random_rig
-from appliance.mill.scene import Scene
-from vision.readings import REASONS, Reason
-from vision.sizing.tangent import TangentGauge
+from appliance.simulation.bars.bars import Bar
+from appliance.simulation.bars.line_scene import Scene
+from appliance.simulation.true_rig import default_rig, random_rig
+from vision.reasons import REASONS, Reason
+from vision.sizing.tangent.gauge import TangentGauge
 
 BAR = Bar(diameter_mm=150.0, offset_mm=12.0, yaw_deg=0.7)
 

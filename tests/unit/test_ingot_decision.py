@@ -1,10 +1,13 @@
+"""TBD"""
+
 import math
 
 import numpy as np
 import pytest
 
-from vision.ingot.decision import DecisionRule, IngotFollower
-from vision.readings import IngotReason, OrientationReading
+from vision.ingot.sequential_decision import DecisionRule, IngotFollower
+from vision.readings import OrientationReading
+from vision.reasons import IngotReason
 
 NOTHING = OrientationReading(reasons=IngotReason.NOTHING_HOT)
 HANGING = OrientationReading(reasons=IngotReason.HANGING)

@@ -1,9 +1,11 @@
+"""TBD"""
+
 import numpy as np
 import pytest
 from drawn_ingots import CENTROID, CROP, glare, ingot, line
 
-from vision.ingot.end_face import Box, EndFinder, EndLimits
-from vision.readings import INGOT_REASONS, IngotReason
+from vision.ingot.end_finder import Box, EndFinder, EndLimits
+from vision.reasons import INGOT_REASONS, IngotReason
 
 
 @pytest.fixture(scope="module")

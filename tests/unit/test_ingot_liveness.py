@@ -4,9 +4,9 @@ import dataclasses
 
 import pytest
 
-from appliance.camera_settings import LivenessSettings
 from appliance.cameras.liveness import Exposure, Liveness
-from appliance.cameras.picture_recording import PictureRecordingSource
+from appliance.cameras.recording.pictures import PictureRecordingSource
+from appliance.cameras.settings import LivenessSettings
 
 
 @pytest.mark.parametrize("sequence", ["seq01", "seq02", "seq03", "seq04"])

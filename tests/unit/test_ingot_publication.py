@@ -1,10 +1,13 @@
+"""TBD"""
+
 import pytest
 from messages import ingot_message, verdict
 
-from appliance import ingot_publication
-from appliance.ingot_publication import NO_PICTURE, STARTING, IngotPublication
-from plc.registers import INGOT_RING, VALUE_NAMES, decode, encode
-from vision.readings import IngotReason
+from appliance.ingot import published as ingot_publication
+from appliance.ingot.published import NO_PICTURE, STARTING, IngotPublication
+from plc.process_image import VALUE_NAMES, decode, encode
+from plc.registers import INGOT_RING
+from vision.reasons import IngotReason
 
 NOW_S = 100.25
 

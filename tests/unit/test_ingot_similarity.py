@@ -1,3 +1,5 @@
+"""TBD"""
+
 import math
 
 import numpy as np
@@ -5,9 +7,7 @@ import pytest
 from scipy.ndimage import gaussian_filter
 from skimage.metrics import structural_similarity
 
-from vision.ingot.classifiers import Confusion, dual, single
-from vision.ingot.end_face import End
-from vision.ingot.similarity import (
+from vision.ingot.classifiers.similarity import (
     ONES,
     Exponents,
     as_reference,
@@ -16,6 +16,9 @@ from vision.ingot.similarity import (
     similarity,
     similarity_map,
 )
+from vision.ingot.classifiers.ssim import dual, single
+from vision.ingot.confusion import Confusion
+from vision.ingot.end_finder import End
 
 MARGIN = 5
 

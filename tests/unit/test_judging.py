@@ -9,19 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from messages import reading
 
-from appliance.advisor import Advisor
-from appliance.expansion import GRADES
-from appliance.judging import (
-    Decision,
-    SetPoints,
-    Size,
-    allowed_uncertainty_mm,
-    cold_size,
-    decide,
-    trust_percent,
-    wanted_correction_mm,
-)
-from appliance.settings import CorrectionSettings, JudgingSettings
+from appliance.conformity.advisor import Advisor
+from appliance.conformity.cold_size import Size, cold_size
+from appliance.conformity.correction import wanted_correction_mm
+from appliance.conformity.decision import Decision, allowed_uncertainty_mm, decide
+from appliance.conformity.set_points import SetPoints
+from appliance.conformity.settings import CorrectionSettings, JudgingSettings
+from appliance.conformity.thermal_expansion import GRADES
+from appliance.sizing.trust import trust_percent
 from vision.readings import SizeReading
 
 CARBON, AUSTENITIC = 1, 2

@@ -1,3 +1,5 @@
+"""TBD"""
+
 import asyncio
 import os
 import time
@@ -7,8 +9,8 @@ import pytest
 from messages import reading
 from station_cycles import WARM_UP, cycles, without_pauses
 
-from appliance.stations import keeper
-from appliance.stations.keeper import Health, Keeper
+from appliance.processes import monitored_process as keeper
+from appliance.processes.monitored_process import Health, Keeper
 
 TESTS = Path(__file__).parents[1]
 

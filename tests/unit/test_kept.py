@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from appliance import kept as kept_module
-from appliance.commands.serving import welcome
-from appliance.kept import FILE_NAME, Kept, KeptError, read, state_folder, write
-from appliance.settings import PlcSettings, Settings
+from appliance.cli.serve import welcome
+from appliance.conformity import set_point_store as kept_module
+from appliance.conformity.set_point_store import FILE_NAME, Kept, KeptError, read, write
+from appliance.supervisor.settings import PlcSettings, Settings, state_folder
 
 WRITTEN = {"target_diameter": 26550, "product_id": 0x12345678, "steel_temperature": 1050, "hold": True}
 

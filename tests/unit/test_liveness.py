@@ -7,11 +7,11 @@ import cv2
 import numpy as np
 import pytest
 
-from appliance.camera_settings import LivenessSettings
 from appliance.cameras import liveness as liveness_module
 from appliance.cameras.liveness import Exposure, Liveness
-from appliance.cameras.mill import MillSource
-from appliance.cameras.recording import RecordingSource
+from appliance.cameras.recording.pairs import RecordingSource
+from appliance.cameras.settings import LivenessSettings
+from appliance.cameras.simulated.pairs import MillSource
 
 PERIOD_S = 0.1
 SETTINGS = LivenessSettings()

@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from vision.calibration.fields import Fields
-from vision.calibration.marks import NO_MARKS, Marks, find_marks
+from vision.calibration.json_fields import Fields
+from vision.calibration.still_marks import NO_MARKS, Marks, find_marks
 
 BOARD = np.array([(x, y) for x in range(180, 260, 20) for y in range(140, 200, 20)], dtype=np.float64)
 

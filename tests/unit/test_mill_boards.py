@@ -1,15 +1,17 @@
+"""TBD"""
+
 import json
 
 import cv2
 import numpy as np
 import pytest
 
-from appliance.cameras.recording import Recording
-from appliance.mill import writer
-from appliance.mill.bars import bar_at, truth
-from appliance.mill.boards import Board, high_pose, low_pose, observe, random_poses
-from appliance.mill.rig import default_rig, random_rig
-from appliance.mill.writer import OutputError, write_line
+from appliance.cameras.recording.pairs import Recording
+from appliance.simulation import write_recording as writer
+from appliance.simulation.bars.bars import bar_at, truth
+from appliance.simulation.boards.boards import Board, high_pose, low_pose, observe, random_poses
+from appliance.simulation.true_rig import default_rig, random_rig
+from appliance.simulation.write_recording import OutputError, write_line
 
 
 def test_corners_run_along_the_long_side_from_minus_x_plus_y():

@@ -1,3 +1,5 @@
+"""TBD"""
+
 import itertools
 import re
 from collections import Counter
@@ -7,13 +9,13 @@ import cv2
 import numpy as np
 import pytest
 
-from appliance.cameras.mill import IngotMillSource
-from appliance.mill.ingot.conditions import INGOT_CONDITIONS, ingot_line, ingot_sequence
-from appliance.mill.ingot.faces import FACE_CELLS, LABELS, face, random_looks
-from appliance.mill.ingot.sequence import IngotSequence
-from appliance.mill.ingot.solid import Pose, see
-from appliance.mill.ingot.timetable import timetable
-from appliance.mill.sensor import encode
+from appliance.cameras.simulated.ingots import IngotMillSource
+from appliance.simulation.ingots.conditions import INGOT_CONDITIONS, ingot_line, ingot_sequence
+from appliance.simulation.ingots.faces import FACE_CELLS, LABELS, face, random_looks
+from appliance.simulation.ingots.sequence import IngotSequence
+from appliance.simulation.ingots.solid import Pose, see
+from appliance.simulation.ingots.timetable import timetable
+from appliance.simulation.sensor import encode
 
 SMALL = (480, 270)
 NAMES = [row.name for row in INGOT_CONDITIONS]

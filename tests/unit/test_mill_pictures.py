@@ -1,3 +1,5 @@
+"""TBD"""
+
 import itertools
 import math
 import time
@@ -5,13 +7,13 @@ import time
 import numpy as np
 import pytest
 
-from appliance.cameras.mill import MillSource
+from appliance.cameras.simulated.pairs import MillSource
 from appliance.cameras.source import CameraError
-from appliance.mill import bars
-from appliance.mill.bars import Bar, bar_at, truth
-from appliance.mill.rig import default_rig, random_rig
-from appliance.mill.scene import Scene
-from appliance.mill.sensor import LEVELS, NoiseStock, Sensor, encode
+from appliance.simulation.bars import bars
+from appliance.simulation.bars.bars import Bar, bar_at, truth
+from appliance.simulation.bars.line_scene import Scene
+from appliance.simulation.sensor import LEVELS, NoiseStock, Sensor, encode
+from appliance.simulation.true_rig import default_rig, random_rig
 
 SMALL = (200, 150)
 

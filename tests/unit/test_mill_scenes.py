@@ -4,13 +4,13 @@ import cv2
 import numpy as np
 import pytest
 
-from appliance.mill.bars import Bar, levels
-from appliance.mill.disturbances import Glare, Haze, Post, Shimmer
-from appliance.mill.rig import default_rig, nudged
-from appliance.mill.scene import Scene
-from appliance.mill.scenes import CONDITIONS, draw, set_up
-from appliance.mill.sensor import Sensor, coded
-from appliance.mill.silhouette import axis_distance
+from appliance.simulation.bars.bars import Bar, levels
+from appliance.simulation.bars.disturbances import Glare, Haze, Post, Shimmer
+from appliance.simulation.bars.line_scene import Scene
+from appliance.simulation.bars.silhouette import axis_distance
+from appliance.simulation.bars.study_scenes import CONDITIONS, draw, set_up
+from appliance.simulation.sensor import Sensor, coded
+from appliance.simulation.true_rig import default_rig, nudged
 
 SIZE = (240, 180)
 NAMES = [row.name for row in CONDITIONS if row.kind == "condition"]

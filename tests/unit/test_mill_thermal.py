@@ -1,3 +1,5 @@
+"""TBD"""
+
 import json
 from dataclasses import replace
 
@@ -5,9 +7,9 @@ import cv2
 import numpy as np
 import pytest
 
-from appliance.mill.bars import Bar
-from appliance.mill.sensor import Blur
-from appliance.mill.thermal import (
+from appliance.simulation.bars.bars import Bar
+from appliance.simulation.sensor import Blur
+from appliance.simulation.thermal_line import (
     FADING_PER_M,
     FLOOR,
     TOP,
@@ -17,7 +19,7 @@ from appliance.mill.thermal import (
     thermal_camera,
     thermal_truth,
 )
-from appliance.mill.writer import OutputError, write_thermal_recording
+from appliance.simulation.write_recording import OutputError, write_thermal_recording
 
 STATIONS = np.linspace(-500, 500, 41)
 SHARP = Blur(core_px=1.2, halo_part=0.0)

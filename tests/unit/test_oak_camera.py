@@ -8,9 +8,10 @@ import depthai as dai
 import numpy as np
 import pytest
 
-from appliance.camera_settings import LivenessSettings, OakCamera, OakPictures
 from appliance.cameras.liveness import Exposure, Liveness
-from appliance.cameras.oak import Cameras, OakPictureSource, OakSource
+from appliance.cameras.oak.settings import OakCamera, OakPictures
+from appliance.cameras.oak.source import Cameras, OakPictureSource, OakSource
+from appliance.cameras.settings import LivenessSettings
 from appliance.cameras.source import CameraError
 
 RAMP = 3 * np.arange(60 * 80).reshape(60, 80)  # a picture of one grey would be taken for a covered lens

@@ -1,3 +1,5 @@
+"""TBD"""
+
 import csv
 import json
 
@@ -5,7 +7,7 @@ import cv2
 import pytest
 from ingot_recording import BOTTOM, EMPTY, write_recording
 
-from appliance.cli import main
+from appliance.cli.main import main
 
 FRAME_KEYS = [
     "frame", "present", "orientation", "ssim_top", "ssim_bottom", "center_x", "center_y", "radius", "reasons",

@@ -1,8 +1,10 @@
+"""TBD"""
+
 import cv2
 import numpy as np
 import pytest
 
-from appliance.cameras.picture_recording import PictureRecording, PictureRecordingSource
+from appliance.cameras.recording.pictures import PictureRecording, PictureRecordingSource
 from appliance.cameras.source import CameraError, EndOfRecording
 
 

@@ -4,10 +4,10 @@ import cv2
 import numpy as np
 import pytest
 
-from appliance import cli
-from appliance.mill.bars import Bar
-from appliance.mill.thermal import ThermalLine, thermal_camera
-from appliance.mill.writer import write_thermal_recording
+from appliance.cli import main as cli
+from appliance.simulation.bars.bars import Bar
+from appliance.simulation.thermal_line import ThermalLine, thermal_camera
+from appliance.simulation.write_recording import write_thermal_recording
 
 
 @pytest.fixture(scope="module")

@@ -1,10 +1,12 @@
+"""TBD"""
+
 import pytest
 from messages import reading
 
-from appliance import publication
-from appliance.publication import AGE_LARGEST_MS, Publication
-from plc.registers import VALUE_NAMES, decode, encode
-from vision.readings import Reason
+from appliance.sizing import published as publication
+from appliance.sizing.published import AGE_LARGEST_MS, Publication
+from plc.process_image import VALUE_NAMES, decode, encode
+from vision.reasons import Reason
 
 STALE_AFTER_MS = 800
 MEASUREMENTS = ("diameter", "expanded_uncertainty", "windows_kept", "windows_total")

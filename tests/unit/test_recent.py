@@ -1,11 +1,15 @@
+"""TBD"""
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from messages import reading
 
-from appliance.recent import Lasting, PerBar, ReadingRing, part_of_bar
-from plc.registers import VALUE_NAMES, decode, encode
-from vision.readings import Reason
+from appliance.conformity.bar_statistics import PerBar, part_of_bar
+from appliance.sizing.lasting_reasons import Lasting
+from appliance.sizing.reading_ring import ReadingRing
+from plc.process_image import VALUE_NAMES, decode, encode
+from vision.reasons import Reason
 
 
 def ring_words(ring: ReadingRing) -> dict:

@@ -1,3 +1,5 @@
+"""TBD"""
+
 import time
 
 import cv2
@@ -5,7 +7,7 @@ import numpy as np
 import pytest
 
 from appliance.cameras.pacing import Pacer
-from appliance.cameras.recording import Recording, RecordingSource, read_picture
+from appliance.cameras.recording.pairs import Recording, RecordingSource, read_picture
 from appliance.cameras.source import CameraError, EndOfRecording
 
 SIZE = (48, 64)

@@ -1,3 +1,5 @@
+"""TBD"""
+
 import dataclasses
 import math
 import re
@@ -9,16 +11,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from plc import registers
-from plc.registers import (
-    REGISTERS,
-    Register,
-    check,
+from plc.process_image import (
+    VALUE_NAMES,
+    ProcessImage,
     decode,
     decode_discretes,
     decode_set_points,
     encode,
     encode_set_points,
 )
+from plc.registers import REGISTERS
+from plc.rows import Register, check
 
 ROWS = {row.name: row for row in REGISTERS}
 BLOCK = [row for row in REGISTERS if row.block == "measurement"]
@@ -54,11 +57,11 @@ ALARM_NAMES = re.findall(
 STATUS_NAMES = ["measurement_valid", "bar_present", "ingot_present", "running", "simulated"]
 
 
-def words_of(image: registers.ProcessImage) -> tuple[int, ...]:
+def words_of(image: ProcessImage) -> tuple[int, ...]:
     return struct.unpack(">120H", image.words)
 
 
-def at(image: registers.ProcessImage, name: str) -> bytes:
+def at(image: ProcessImage, name: str) -> bytes:
     row = ROWS[name]
     return image.words[2 * row.address : 2 * row.end]
 
@@ -238,7 +241,7 @@ def test_wrong_calls_name_the_argument():
 def values_strategy() -> st.SearchStrategy[dict[str, float | int | None]]:
     fields = {}
     for row in (*BLOCK, *RINGS[:30]):
-        if row.name in registers.VALUE_NAMES:
+        if row.name in VALUE_NAMES:
             number = st.floats(width=32, allow_nan=False, allow_infinity=False)
             lowest, highest = row.raw_range
             value = (
@@ -262,7 +265,7 @@ def test_what_is_encoded_is_decoded_in_either_word_order(values, word_order):
             assert decoded[name] == (None if gone else pytest.approx(value, abs=1e-6))
 
 
-def all_decoded(image: registers.ProcessImage, word_order: str) -> dict[str, float | int | None]:
+def all_decoded(image: ProcessImage, word_order: str) -> dict[str, float | int | None]:
     contents = {"measurement": image.words, "reading_ring": image.reading_ring, "ingot_ring": image.ingot_ring}
     decoded = {}
     for block, data in contents.items():
@@ -298,7 +301,7 @@ def test_addresses_of_version_1_have_not_moved():
 
 @given(st.one_of(st.floats(), st.integers(), st.booleans(), st.none()))
 def test_no_number_at_all_makes_encoding_fail(value):
-    image = encode(dict.fromkeys(registers.VALUE_NAMES, value))
+    image = encode(dict.fromkeys(VALUE_NAMES, value))
     assert len(image.words) == 240
     assert 0 <= image.discretes < 2**21
 
@@ -322,7 +325,7 @@ def test_set_points_are_decoded_as_the_numbers_in_their_words():
 
 
 def test_encoding_is_cheap_enough_for_forty_images_a_second():
-    values = dict.fromkeys(registers.VALUE_NAMES, 1.5)
+    values = dict.fromkeys(VALUE_NAMES, 1.5)
     begun = time.process_time()
     for _ in range(200):
         encode(values, word_order="little")

@@ -1,3 +1,5 @@
+"""TBD"""
+
 import json
 from dataclasses import replace
 
@@ -5,9 +7,10 @@ import cv2
 import numpy as np
 import pytest
 
-from appliance.rigs import RigError, load_rig, save_rig
-from vision.calibration.bundle import project_with_slopes
-from vision.calibration.rig import BOARD_NAMES, CAMERA_PARAMETERS, Camera, Rig
+from appliance.sizing.stereo.rig_file import RigError, load_rig, save_rig
+from vision.calibration.bundle_adjustment import project_with_slopes
+from vision.calibration.rig import BOARD_NAMES, Rig
+from vision.geometry.camera import CAMERA_PARAMETERS, Camera
 
 K = np.array([[2236.0, 0.0, 1353.9], [0.0, 2237.5, 751.7], [0.0, 0.0, 1.0]])
 LENSES = [(-0.0105, 0.0061, 3e-4, 2e-4, 0.0), (-0.3, 0.12, 1e-3, -1e-3, -0.02), (0.3, -0.1, 0.0, 2e-3, 0.02)]

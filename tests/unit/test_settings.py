@@ -1,10 +1,15 @@
+"""TBD"""
+
 from pathlib import Path
 
 import pytest
 from pydantic import TypeAdapter
 
-from appliance.settings import Settings, SettingsError, SizingSettings, in_force, load, table
-from appliance.sizing_settings import Sizing
+from appliance.settings.file import SettingsError
+from appliance.settings.table import in_force, table
+from appliance.sizing.settings import Sizing
+from appliance.sizing.stereo.settings import SizingSettings
+from appliance.supervisor.settings import Settings, load
 
 
 def written(folder: Path, text: str) -> Path:
@@ -124,7 +129,7 @@ def test_a_file_that_is_no_text_is_named(tmp_path):
 
 
 def test_every_setting_has_text_bounds_and_a_key_of_its_own():
-    rows = table()
+    rows = table(Settings)
     assert len({(row.key, row.kind) for row in rows}) == len(rows)
     for row in rows:
         assert row.text
@@ -145,7 +150,7 @@ REQUIRED = {
     ("sizing.camera.kind", "tangent, stream"): 'sizing.camera.left = "a"\nsizing.camera.right = "b"\n',
     ("ingot.camera.kind", "stream"): 'ingot.camera.address = "a"\n',
 }
-NUMBERS = [row for row in table() if "number" in row.allowed]
+NUMBERS = [row for row in table(Settings) if "number" in row.allowed]
 
 
 def head_of(row) -> str:

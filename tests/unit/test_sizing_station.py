@@ -1,3 +1,5 @@
+"""TBD"""
+
 import dataclasses
 import select
 import socket
@@ -13,18 +15,21 @@ import pytest
 from mill_scenes import perfect_rig
 from station_thread import Station
 
-from appliance.camera_settings import ExposureSettings
-from appliance.cameras.mill import MillSource
-from appliance.exposure import ExposureGuard
-from appliance.gauging import TimedGauge, mill_rig
-from appliance.mill.bars import bar_at
-from appliance.mill.scenes import draw
-from appliance.rigs import RigError, load_rig, save_rig
-from appliance.settings import SizingSettings
-from appliance.stations import process, sizing
-from appliance.stations.link import ReadingMessage, StateMessage
+from appliance.cameras.exposure_control import ExposureGuard
+from appliance.cameras.settings import ExposureSettings
+from appliance.cameras.simulated.pairs import MillSource
+from appliance.processes import station_process as process
+from appliance.processes.message import StateMessage
+from appliance.simulation.bars.bars import bar_at
+from appliance.simulation.bars.study_scenes import draw
+from appliance.sizing import station as sizing
+from appliance.sizing.message import ReadingMessage
+from appliance.sizing.stereo.gauge import TimedGauge
+from appliance.sizing.stereo.rig_file import RigError, load_rig, save_rig
+from appliance.sizing.stereo.settings import SizingSettings
+from appliance.sizing.stereo.simulated_rig import mill_rig
 from vision.sizing.gauge import Gauge
-from vision.sizing.tangent import TangentGauge
+from vision.sizing.tangent.gauge import TangentGauge
 
 SIDES = ("left", "right")
 
@@ -146,7 +151,7 @@ def test_a_rig_without_world_frame_is_refused_by_name(rig):
 
 def test_the_process_ends_when_the_supervisor_dies_with_messages_unread(recording, rig):
     ours, theirs = socket.socketpair()
-    words = [sys.executable, "-P", "-m", "appliance.stations.sizing", str(theirs.fileno())]
+    words = [sys.executable, "-P", "-m", "appliance.sizing.station", str(theirs.fileno())]
     process = subprocess.Popen(words, pass_fds=(theirs.fileno(),), stdin=subprocess.DEVNULL)
     theirs.close()
     camera = {"kind": "recording", "path": str(recording), "rate_hz": 20}

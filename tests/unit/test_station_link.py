@@ -1,10 +1,13 @@
+"""TBD"""
+
 import socket
 import time
 
 import pytest
 from messages import reading
 
-from appliance.stations.link import StateMessage, StationLink, parse
+from appliance.processes.link import StationLink, parse
+from appliance.processes.message import StateMessage
 
 
 @pytest.fixture

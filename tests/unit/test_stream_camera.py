@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 import pytest
 
-from appliance.camera_settings import StreamCamera, StreamPictures
 from appliance.cameras.source import CameraError
-from appliance.cameras.stream import READ_TIME_S, StreamPictureSource, StreamSource
+from appliance.cameras.stream.settings import StreamCamera, StreamPictures
+from appliance.cameras.stream.source import READ_TIME_S, StreamPictureSource, StreamSource
 
 PERIOD_S = 0.04
 SHAPE = (48, 64)

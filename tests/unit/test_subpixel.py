@@ -5,13 +5,7 @@ import pytest
 from scipy.stats import norm
 
 from vision.edges.profiles import sample_profiles
-from vision.edges.subpixel import (
-    edge_blur_px,
-    edge_shading,
-    even_profiles,
-    fitted_edges,
-    half_level_crossing,
-)
+from vision.edges.subpixel import edge_blur_px, edge_shading, even_profiles, fitted_edges, half_level_crossing
 
 OFFSETS = np.arange(-9.0, 9.25, 0.25)
 

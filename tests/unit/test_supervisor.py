@@ -11,14 +11,15 @@ from modbus_wire import Wire, eventually, read, write_coils, write_registers
 from plc_view import Values, has_none, has_value, look, look_at_bits, wait_for
 from rehearsal import Rehearsal, rehearsing
 
-from appliance.faults import DeviceState
-from appliance.kept import FILE_NAME
-from appliance.settings import Settings
-from appliance.stations import keeper
-from appliance.stations.link import StateMessage
-from appliance.supervisor import Supervisor
-from plc.registers import READING_RING, SET_POINTS, decode
-from vision.readings import Reason
+from appliance.conformity.set_point_store import FILE_NAME
+from appliance.diagnostics.fault_table import DeviceState
+from appliance.processes import monitored_process as keeper
+from appliance.processes.message import StateMessage
+from appliance.supervisor.settings import Settings
+from appliance.supervisor.supervisor import Supervisor
+from plc.process_image import decode
+from plc.registers import READING_RING, SET_POINTS
+from vision.reasons import Reason
 
 TESTS = Path(__file__).parents[1]
 

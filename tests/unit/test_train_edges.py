@@ -1,3 +1,5 @@
+"""TBD"""
+
 import json
 
 import cv2
@@ -5,8 +7,8 @@ import numpy as np
 import pytest
 from scipy import io
 
-from appliance import cli
-from appliance.edge_scenes import CROP_PX, UNKNOWN, edge_examples
+from appliance.cli import main as cli
+from appliance.training.edge_scenes import CROP_PX, UNKNOWN, edge_examples
 from vision.edges.forest.model import StructuredForest
 
 

@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 from mill_scenes import perfect_rig
 
-from appliance.judging import trust_percent
-from appliance.mill.bars import Bar
-from appliance.mill.rig import default_rig
-from appliance.mill.scene import Scene
-from vision.readings import Reason, SizeReading
+from appliance.simulation.bars.bars import Bar
+from appliance.simulation.bars.line_scene import Scene
+from appliance.simulation.true_rig import default_rig
+from appliance.sizing.trust import trust_percent
+from vision.readings import SizeReading
+from vision.reasons import Reason
 from vision.sizing.gauge import LOST_PX, MOVED_PX, Gauge, judged
-from vision.sizing.tangent import TangentGauge
-from vision.sizing.virtual_board_reading import VirtualBoardReading
+from vision.sizing.tangent.gauge import TangentGauge
+from vision.sizing.virtual_board.reading import VirtualBoardReading
 
 TANGENT = SizeReading(diameter_mm=200.0, expanded_uncertainty_mm=0.12, windows_kept=25, windows_total=25)
 BAR = Bar(diameter_mm=150.0, offset_mm=12.0, yaw_deg=0.7)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from mill_scenes import perfect_rig
 
-from appliance.mill.rig import random_rig
-from vision.calibration.virtual_board import STAND_IN_MM, VirtualBoards
+from appliance.simulation.true_rig import random_rig
+from vision.alignment.virtual_boards import STAND_IN_MM, VirtualBoards
 
 RIGS = [perfect_rig(random_rig(np.random.default_rng(seed))) for seed in range(10)]
 

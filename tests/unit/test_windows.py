@@ -3,10 +3,15 @@
 import numpy as np
 import pytest
 
-from vision.sizing.boundary import boundaries_of_interest, hot_mask
-from vision.sizing.deviation import similarity_ratio, trusted_windows, weighted_deviation, window_statistics
-from vision.sizing.regression import WindowPoints, random_regression, two_sides, windowed
-from vision.sizing.robust_line import robust_line
+from vision.geometry.robust_line import robust_line
+from vision.sizing.virtual_board.boundaries_of_interest import boundaries_of_interest, hot_mask
+from vision.sizing.virtual_board.random_regression import WindowPoints, random_regression, two_sides, windowed
+from vision.sizing.virtual_board.weighted_deviation import (
+    similarity_ratio,
+    trusted_windows,
+    weighted_deviation,
+    window_statistics,
+)
 
 RNG = np.random.default_rng(3)
 

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.calibration.board import Board
+from vision.calibration.checkerboard import Board
 
 # Found by trial on path-traced boards of 28 to 100 pixels a square: residual 0.032 px, against 0.057 with a window
 # of a tenth of a square. Decoding the pictures to linear light first makes it 0.043: a crossing of four squares is

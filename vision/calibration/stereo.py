@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.calibration.board import Board
-from vision.calibration.bundle import (
+from vision.calibration.acceptance import CalibrationError, Dropped, check_height, check_pairs, limits
+from vision.calibration.bundle_adjustment import (
     K3,
     N_BOARD,
     N_CAMERA,
@@ -24,9 +24,10 @@ from vision.calibration.bundle import (
     Sights,
     adjust,
 )
-from vision.calibration.initial import HIGH, LOW, Guess, Pose, View, guess, residual_alone_px
-from vision.calibration.rig import BOARD_NAMES, Rig, rotation
-from vision.calibration.verdict import CalibrationError, Dropped, check_height, check_pairs, limits
+from vision.calibration.checkerboard import Board
+from vision.calibration.initial_guess import HIGH, LOW, Guess, Pose, View, guess, residual_alone_px
+from vision.calibration.rig import BOARD_NAMES, Rig
+from vision.geometry.camera import rotation
 
 # Corners of one board in the left and in the right picture, each of shape (n, 2), pixels; None where not found.
 Pair = tuple[NDArray[np.float64] | None, NDArray[np.float64] | None]

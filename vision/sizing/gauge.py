@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.calibration.rig import Rig
-from vision.readings import Reason, SizeReading
-from vision.sizing.tangent import TangentGauge
-from vision.sizing.virtual_board import VirtualBoardGauge
-from vision.sizing.virtual_board_reading import VirtualBoardReading
+from vision.readings import SizeReading
+from vision.reasons import Reason
+from vision.sizing.tangent.gauge import TangentGauge
+from vision.sizing.virtual_board.gauge import VirtualBoardGauge
+from vision.sizing.virtual_board.reading import VirtualBoardReading
 
 Image = NDArray[np.uint8]
 

@@ -1,9 +1,11 @@
+"""TBD"""
+
 from collections.abc import Iterator
 
 import pytest
 from modbus_wire import LIVE, Wire, served
 
-from plc.registers import encode
+from plc.process_image import encode
 from plc.server import ModbusServer
 
 

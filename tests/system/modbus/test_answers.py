@@ -6,7 +6,7 @@ import struct
 import pytest
 from modbus_wire import LIVE, Wire, exception, read, served, write_and_read, write_coils, write_registers
 
-from plc.registers import encode
+from plc.process_image import encode
 from plc.server import ModbusServer
 
 

@@ -21,7 +21,7 @@ from modbus_wire import (
 )
 
 from plc import server as server_module
-from plc.registers import decode, encode
+from plc.process_image import decode, encode
 from plc.server import ModbusServer
 
 

@@ -19,7 +19,7 @@ from modbus_wire import (
     write_registers,
 )
 
-from plc.registers import encode
+from plc.process_image import encode
 from plc.server import ModbusServer
 
 IN_TIME_S = 0.2

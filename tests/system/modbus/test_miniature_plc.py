@@ -8,7 +8,7 @@ import pytest
 from modbus_wire import Wire, read, served
 
 from plc.client import Plc
-from plc.registers import encode
+from plc.process_image import encode
 from plc.server import ModbusServer
 
 SET_POINTS = {"target_diameter": 265.5, "tolerance_plus": 0.4, "product_id": 70000, "steel_temperature": 1050}

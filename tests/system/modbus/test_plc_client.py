@@ -12,8 +12,8 @@ from collections.abc import Iterator
 import pytest
 from modbus_wire import served
 
-from plc.client import PollError, poll, snapshot_lines
-from plc.registers import encode
+from plc.poll import PollError, poll, snapshot_lines
+from plc.process_image import encode
 from plc.server import ModbusServer
 
 LIVE = {

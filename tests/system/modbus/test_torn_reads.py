@@ -11,7 +11,7 @@ from modbus_wire import (
 )
 from torn_reads import agrees_with_itself, count_torn
 
-from plc.registers import ProcessImage, encode
+from plc.process_image import ProcessImage, encode
 from plc.server import ModbusServer
 
 

@@ -1,0 +1,91 @@
+"""Keeps the bar's edges from being overexposed or lost in the dark: advice, and slow control where cameras allow it.
+
+An overexposed edge moves outwards, a dark one drowns in noise. Exposure is changed in small steps and seldom, so that
+a bar that passes for a moment, or a gap between bars, changes nothing.
+"""
+
+import math
+from typing import NamedTuple
+
+from appliance.cameras.settings import ExposureSettings
+
+DARKER, BRIGHTER = 0.8, 1.25  # one step of exposure
+
+
+class Advice(NamedTuple):
+    """What to do about the exposure.
+
+    Attributes
+    ----------
+    exposure_us : float
+        Exposure that the cameras are to be set to now; NaN to leave it.
+    faults : dict of str to str
+        Faults that are there now, by name, with what exactly is wrong.
+    """
+
+    exposure_us: float
+    faults: dict[str, str]
+
+
+NOTHING = Advice(math.nan, {})
+
+
+class ExposureGuard:
+    """Watches the light along the bar's edges.
+
+    Parameters
+    ----------
+    settings : ExposureSettings
+    adjustable : bool
+        Whether the cameras take a new exposure while they run.
+    """
+
+    def __init__(self, settings: ExposureSettings, *, adjustable: bool) -> None:
+        self._settings = settings
+        self._control = settings.control and adjustable
+        self._trouble = ""
+        self._since_s = 0.0
+
+    def look(self, clipped_share: float, light: float, exposure_us: float, now_s: float) -> Advice:
+        """Judge the edges of one bar.
+
+        Parameters
+        ----------
+        clipped_share : float
+            Largest share of a limb's points that is overexposed; NaN without a bar, which tells nothing.
+        light : float
+            Light of the bar beside its darkest limb, over full scale; NaN without a bar.
+        exposure_us : float
+            Exposure time of these pictures; NaN where it is not known and cannot be set.
+        now_s : float
+            Monotonic time.
+        """
+        if math.isnan(clipped_share):
+            return NOTHING
+        trouble = self._trouble_of(clipped_share, light)
+        if trouble != self._trouble:
+            self._trouble, self._since_s = trouble, now_s
+        if not trouble or now_s - self._since_s < self._settings.after_s:
+            return NOTHING
+        step = DARKER if trouble == "exposure_high" else BRIGHTER
+        wanted_us = min(max(exposure_us * step, self._settings.shortest_us), self._settings.longest_us)
+        if self._control and abs(wanted_us - exposure_us) >= 1:  # not so when it is not known
+            self._since_s = now_s  # the next step waits as long
+            return Advice(wanted_us, {})
+        return Advice(math.nan, {trouble: self._sentence(clipped_share, light, exposure_us, step)})
+
+    def _trouble_of(self, clipped_share: float, light: float) -> str:
+        if 100 * clipped_share > self._settings.clipped_max_percent:
+            return "exposure_high"
+        return "exposure_low" if light < self._settings.light_min else ""
+
+    @staticmethod
+    def _sentence(clipped_share: float, light: float, exposure_us: float, step: float) -> str:
+        seen = (
+            f"{100 * clipped_share:.0f} % of an edge is overexposed"
+            if step < 1
+            else f"{100 * light:.0f} % of full light"
+        )
+        if math.isnan(exposure_us):
+            return f"{seen}; expose for {step:g} times as long"
+        return f"{seen}; expose for about {exposure_us * step:.0f} µs instead of {exposure_us:.0f}"

@@ -1,0 +1,1 @@
+"""OAK cameras, through depthai."""

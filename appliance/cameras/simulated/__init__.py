@@ -1,0 +1,1 @@
+"""The simulated mill, ingot line and thermal line in place of cameras."""

@@ -1,0 +1,36 @@
+"""The command calibrate."""
+
+import argparse
+from pathlib import Path
+
+from appliance.cli.common import CommandError, progress
+
+_BOARD_NUMBERS = ("square_mm", "square_u_mm", "low_mm", "high_mm", "height_u_mm")
+
+
+def add_calibrate(command: argparse.ArgumentParser) -> None:
+    command.add_argument("folder", type=Path, metavar="DIR", help="rig folder: pictures of the board, board.json")
+    command.add_argument("--output", type=Path, required=True, metavar="FILE", help="rig file to write")
+    region = command.add_argument("--region", type=float, nargs=2, default=(-250.0, 250.0), metavar=("FROM", "TO"))
+    region.help = "measuring region along the rolling direction, mm; -250 250 unless given"
+    board = command.add_argument_group("in place of what board.json says")
+    board.add_argument("--squares", type=int, nargs=2, metavar=("LONG", "SHORT"))
+    for name in _BOARD_NUMBERS:
+        board.add_argument(f"--{name.replace('_', '-')}", type=float, metavar="MM")
+    board.add_argument("--response", choices=("srgb", "linear", "gamma 2.2"))
+
+
+def run_calibrate(given: argparse.Namespace) -> None:
+    from appliance.sizing.stereo.calibrate_folder import calibrate_folder, report_lines
+    from appliance.sizing.stereo.rig_file import RigError, save_rig
+    from vision.calibration.acceptance import CalibrationError
+
+    board = {name: getattr(given, name) for name in ("squares", *_BOARD_NUMBERS, "response")}
+    overrides = {name: value for name, value in board.items() if value is not None}
+    try:
+        with progress("picture pair") as show:
+            calibration = calibrate_folder(given.folder, overrides, tuple(given.region), show)
+        save_rig(calibration.rig, given.output)
+    except (CalibrationError, RigError) as error:
+        raise CommandError(str(error)) from error
+    print("\n".join([*report_lines(calibration), f"written to    {given.output}"]))

@@ -1,0 +1,40 @@
+"""The command fuse."""
+
+import argparse
+from pathlib import Path
+
+from appliance.cli.common import CommandError, one_of, whole_number
+
+
+def add_fuse(command: argparse.ArgumentParser) -> None:
+    command.add_argument("left", type=Path, metavar="LEFT", help="picture of the left camera")
+    command.add_argument("right", type=Path, metavar="RIGHT", help="picture of the right camera, of the same moment")
+    command.add_argument("--rig", type=Path, required=True, help="calibration from `hotgauge calibrate`")
+    command.add_argument("--output", type=Path, required=True, metavar="FILE", help="picture to write, PNG or JPEG")
+    command.add_argument("--method", default="fft", metavar="NAME", help="how; fft unless given")
+    command.add_argument(
+        "--height", type=float, metavar="MM", help="plane of alignment; without: where the bar's outlines agree"
+    )
+    scales = command.add_argument_group("of wavelets and the pyramid")
+    scales.add_argument("--levels", type=whole_number, metavar="N", help="4 unless given")
+    scales.add_argument("--rule", choices=("larger", "weighted"), help="of two details; larger unless given")
+    scales.add_argument("--approximation", choices=("average", "larger"), help="of what is left; average unless given")
+
+
+def run_fuse(given: argparse.Namespace) -> None:
+    from appliance.cameras.source import CameraError
+    from appliance.sizing.stereo.fuse_files import FusionError, checked_scales, fuse_files, metric_lines, write_picture
+    from appliance.sizing.stereo.rig_file import RigError
+    from vision.fusion.methods import METHODS
+
+    method = one_of(METHODS, given.method, "--method")
+    try:
+        scales = checked_scales(method, given.levels, given.rule, given.approximation)
+        pair = fuse_files(given.left, given.right, given.rig, method, scales=scales, height_mm=given.height)
+        write_picture(given.output, pair.picture)
+    except (CameraError, RigError, FusionError) as error:
+        raise CommandError(str(error)) from error
+    except OSError as error:
+        raise CommandError(f"{given.output}: {error.strerror}; give a file in a writable folder") from error
+    print(f"{method}, aligned on the plane {pair.height_mm:.2f} mm above the conveyor")
+    print("\n".join([*metric_lines(pair), f"written to {given.output}"]))

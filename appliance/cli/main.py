@@ -1,0 +1,108 @@
+"""The command line: trouble is one sentence and exit code 2; only commands that need pictures load image libraries."""
+
+import argparse
+import difflib
+import os
+import sys
+from collections.abc import Callable, Sequence
+from typing import NoReturn
+
+from appliance.cli import calibrate, computer, fuse, measure, orient, plc, serve, simulate, train
+from appliance.cli.common import CommandError, add_config
+from appliance.settings.file import SettingsError
+
+EXIT_TROUBLE = 2
+EXIT_INTERRUPTED = 130
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors are one sentence."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(EXIT_TROUBLE, f"hotgauge: {message}; see `{self.prog} --help`\n")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Parameters
+    ----------
+    arguments : sequence of str or None
+        Command line without the program's name; None takes the process's own.
+
+    Returns
+    -------
+    int
+        Exit code: 0 done, 1 checks have failed, 2 trouble, 130 interrupted.
+    """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        _check_command(words[:1])
+        given = parser().parse_args(words)
+        exit_code = given.run(given)
+        sys.stdout.flush()
+    except (CommandError, SettingsError) as error:
+        print(f"hotgauge: {error}", file=sys.stderr)
+        return EXIT_TROUBLE
+    except KeyboardInterrupt:
+        return EXIT_INTERRUPTED
+    except BrokenPipeError:  # `hotgauge registers | head` is nobody's error
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    return exit_code or 0
+
+
+def _check_command(words: Sequence[str]) -> None:
+    for word in words:
+        if word in COMMANDS or word.startswith("-"):
+            return
+        near = difflib.get_close_matches(word, COMMANDS, n=1)
+        advice = f"did you mean {near[0]}?" if near else "commands are " + ", ".join(COMMANDS)
+        raise CommandError(f"there is no command {word}; {advice}")
+
+
+def parser() -> argparse.ArgumentParser:
+    """The whole command line."""
+    whole = _Parser(prog="hotgauge", description="Measures hot rolled bars and serves the PLC.")
+    commands = whole.add_subparsers(metavar="COMMAND", required=True)
+    for name, (run, text, add_arguments) in COMMANDS.items():
+        command = commands.add_parser(name, help=text, description=f"{text}.")
+        command.set_defaults(run=run)
+        add_arguments(command)
+    return whole
+
+
+_Run = Callable[[argparse.Namespace], int | None]
+_AddArguments = Callable[[argparse.ArgumentParser], None]
+
+COMMANDS: dict[str, tuple[_Run, str, _AddArguments]] = {
+    "run": (
+        serve.run_gauge,
+        "Measure and serve until stopped; without settings: the simulated mill",
+        add_config,
+    ),
+    "replay": (serve.run_replay, "Measure and serve a recording, again and again, until stopped", serve.add_replay),
+    "check-config": (
+        computer.run_check_config,
+        "Check a settings file and show what is in force",
+        computer.add_check_config,
+    ),
+    "calibrate": (
+        calibrate.run_calibrate,
+        "Calibrate two cameras from pictures of a checkerboard",
+        calibrate.add_calibrate,
+    ),
+    "measure": (measure.run_measure, "Measure a recording and write its readings to a file", measure.add_measure),
+    "orient": (orient.run_orient, "Say which end of the ingots in a recording faces the line", orient.add_orient),
+    "fuse": (fuse.run_fuse, "Fuse the two pictures of a pair into one and print its metrics", fuse.add_fuse),
+    "simulate": (simulate.run_simulate, "Write a recording of the simulated mill, with truth", simulate.add_simulate),
+    "train-edges": (train.run_train_edges, "Train the forest that finds edges", train.add_train_edges),
+    "registers": (plc.run_registers, "Print the register map", plc.add_registers),
+    "install": (
+        computer.run_install,
+        "Set this computer up so that the gauge starts with it, as root",
+        computer.add_install,
+    ),
+    "doctor": (computer.run_doctor, "Check settings, rig, cameras, port, service, disk and memory", add_config),
+    "poll": (plc.run_poll, "Show a gauge's live values, as a PLC reads them", plc.add_poll),
+}

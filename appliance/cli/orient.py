@@ -1,0 +1,37 @@
+"""The command orient."""
+
+import argparse
+from pathlib import Path
+
+from appliance.cli.common import CommandError, add_config
+from appliance.supervisor import settings as settings_file
+
+
+def add_orient(command: argparse.ArgumentParser) -> None:
+    command.add_argument("recording", type=Path, metavar="RECORDING", help="folder with the pictures of one camera")
+    command.add_argument(
+        "--references", type=Path, required=True, metavar="DIR", help="folder with top.png, bottom.png, roi.json"
+    )
+    command.add_argument(
+        "--output", type=Path, required=True, metavar="FILE", help="frames and ingots; CSV if it ends in .csv"
+    )
+    command.add_argument("--classifier", choices=("wrinkles", "dual", "single"), help="how one picture is judged")
+    command.add_argument("--plot", type=Path, metavar="DIR", help="folder for annotated frames and a strip of the ends")
+    add_config(command)
+
+
+def run_orient(given: argparse.Namespace) -> None:
+    from appliance.cameras.source import CameraError
+    from appliance.ingot.orient_recording import orient_recording
+    from appliance.ingot.reader_setup import ReferencesError
+
+    settings = settings_file.load(given.config).ingot
+    if given.classifier:
+        settings = settings.model_copy(update={"classifier": given.classifier})
+    try:
+        orient_recording(given.recording, given.references, given.output, settings, given.plot)
+    except (CameraError, ReferencesError) as error:
+        raise CommandError(str(error)) from error
+    except OSError as error:
+        place = error.filename or given.output
+        raise CommandError(f"{place}: {error.strerror}; give a file in a writable folder") from error

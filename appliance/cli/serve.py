@@ -1,0 +1,114 @@
+"""Commands that serve the PLC or look at a gauge and its computer."""
+
+import argparse
+import asyncio
+import signal
+from collections.abc import Callable
+from pathlib import Path
+
+from appliance.cameras.recording.settings import RecordedPictures, RecordingCamera
+from appliance.cli.common import CommandError, add_config
+from appliance.service import systemd as service
+from appliance.sizing.conveyor.settings import ConveyorSettings
+from appliance.sizing.stereo.settings import SizingSettings
+from appliance.supervisor import settings as settings_file
+from appliance.supervisor.settings import Settings, state_folder
+from appliance.supervisor.supervisor import StartRefusedError, Supervisor
+from plc.registers import REGISTERS
+
+
+def run_gauge(given: argparse.Namespace) -> None:
+    _serve(lambda: settings_file.load(given.config))
+
+
+def add_replay(command: argparse.ArgumentParser) -> None:
+    command.add_argument("recording", type=Path, metavar="RECORDING", help="folder with its pictures")
+    command.add_argument("--rig", type=Path, help="calibration from `hotgauge calibrate`; method conveyor has none")
+    add_config(command)
+
+
+def run_replay(given: argparse.Namespace) -> None:
+    def load() -> Settings:
+        settings = settings_file.load(given.config)
+        sizing = _replayed(settings.sizing, given.recording, given.rig)
+        return settings.model_copy(update={"sizing": sizing})
+
+    _serve(load)
+
+
+def _replayed(
+    sizing: SizingSettings | ConveyorSettings, recording: Path, rig: Path | None
+) -> SizingSettings | ConveyorSettings:
+    """Settings with a recording in place of the camera."""
+    if isinstance(sizing, ConveyorSettings):
+        if rig is not None:
+            raise CommandError('--rig: sizing.method = "conveyor" has none; leave it out')
+        return sizing.model_copy(update={"camera": RecordedPictures(kind="recording", path=recording)})
+    if rig is None:
+        raise CommandError("--rig: the rig file of these cameras is missing; make it with hotgauge calibrate")
+    return sizing.model_copy(update={"camera": RecordingCamera(kind="recording", path=recording), "rig": rig})
+
+
+def _serve(load: Callable[[], Settings]) -> None:
+    settings = load()
+    service.start_log()
+    try:
+        asyncio.run(_supervise(settings, load))
+    except StartRefusedError as error:
+        raise CommandError(str(error)) from error
+
+
+async def _supervise(settings: Settings, load: Callable[[], Settings]) -> None:
+    supervisor = Supervisor(settings)
+    manager = service.ServiceManager()
+    loop = asyncio.get_running_loop()
+    reloads: set[asyncio.Task[None]] = set()  # the loop itself holds tasks only weakly
+
+    def stop() -> None:
+        manager.stopping()
+        supervisor.stop()
+
+    def reload() -> None:
+        task = loop.create_task(supervisor.reload(load))
+        reloads.add(task)
+        task.add_done_callback(reloads.discard)
+
+    def serving(port: int) -> None:
+        manager.ready()
+        print("\n".join(welcome(settings, port)), flush=True)
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(number, stop)
+    managed = service.is_managed()
+    if managed:  # on a terminal it means that the terminal is closed
+        loop.add_signal_handler(signal.SIGHUP, reload)
+    # a service has nobody who looks at a refusal: it serves the fault instead
+    await supervisor.run(serving, manager.proof, refuses=not managed)
+
+
+def welcome(settings: Settings, port: int) -> list[str]:
+    address = next(row.address for row in REGISTERS if row.name == "diameter")
+    host = "127.0.0.1" if settings.plc.host in {"0.0.0.0", "::"} else settings.plc.host  # noqa: S104
+    order = " -B" if settings.plc.word_order == "big" else ""
+    source = _source_in_words(settings.sizing)
+    lines = [
+        f"Hotgauge measures {source} and serves Modbus TCP on {settings.plc.host}:{port}",
+        f"  live values      hotgauge poll {host} --port {port}",
+        f"  diameter, in mm  mbpoll -m tcp -a 1 -p {port} -0 -1 -t 3:float{order} -r {address} {host}",
+        "  register map     hotgauge registers --format markdown",
+        "  stop             Ctrl-C",
+    ]
+    if settings.plc.writes != "none" and state_folder(settings.plc) is None:
+        lines.append("  set points       kept in memory only; set plc.state_directory to keep them over a restart")
+    return lines
+
+
+PAIRS = {"mill": "the simulated mill", "oak": "OAK cameras", "stream": "two streams"}
+SINGLE = {"mill": "the simulated thermal line", "oak": "an OAK camera", "stream": "a stream"}
+
+
+def _source_in_words(sizing: SizingSettings | ConveyorSettings) -> str:
+    camera = sizing.camera
+    if isinstance(camera, (RecordingCamera, RecordedPictures)):
+        return f"the recording {camera.path}"
+    return (SINGLE if isinstance(sizing, ConveyorSettings) else PAIRS)[camera.kind]

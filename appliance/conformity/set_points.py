@@ -1,0 +1,43 @@
+"""What the PLC wants: target, tolerances, temperature and grade, as numbers in their units."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Self
+
+from plc.registers import REGISTERS
+
+_ROWS = {row.name: row for row in REGISTERS}
+
+
+@dataclass(frozen=True, slots=True)
+class SetPoints:
+    """What the PLC wants; None for what it has not set."""
+
+    target_mm: float | None = None
+    tolerance_plus_mm: float | None = None
+    tolerance_minus_mm: float | None = None
+    temperature_c: float | None = None
+    grade: int | None = None
+
+    @classmethod
+    def of(cls, written: Mapping[str, int | bool]) -> Self:
+        """Set points from the numbers in their words, by register; 0 and missing mean "not set"."""
+        grade = int(written.get("expansion_grade", 0))
+        return cls(
+            target_mm=_value(written, "target_diameter"),
+            tolerance_plus_mm=_value(written, "tolerance_plus"),
+            tolerance_minus_mm=_value(written, "tolerance_minus"),
+            temperature_c=_value(written, "steel_temperature"),
+            grade=grade or None,
+        )
+
+    @property
+    def tolerance_mm(self) -> tuple[float, float] | None:
+        """Allowed above and below the target; None unless both are set."""
+        if self.tolerance_plus_mm is None or self.tolerance_minus_mm is None:
+            return None
+        return self.tolerance_plus_mm, self.tolerance_minus_mm
+
+
+def _value(written: Mapping[str, int | bool], name: str) -> float | None:
+    return _ROWS[name].to_value(int(written.get(name, 0))) or None

@@ -1,0 +1,1 @@
+"""Faults of the gauge and the alarms that follow from them."""

@@ -1,0 +1,81 @@
+"""What `orient` saw, as pictures: every frame with its end and verdict, and all ends side by side."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.ingot.classifiers.similarity import SIZE
+from vision.ingot.sequential_decision import IngotDecision
+from vision.readings import OrientationReading
+
+Picture = NDArray[np.uint8]
+
+COLOURS = {"top": (60, 60, 255), "bottom": (80, 220, 80), "undecided": (0, 200, 255)}  # blue-green-red
+ACROSS = 12  # ends in a row of the strip
+BORDER_PX = 3
+ENDS_MOST = 600
+
+
+class Plot:
+    """Writes annotated frames as they come, and the strip at the end.
+
+    Parameters
+    ----------
+    folder : Path
+        Made if it is not there; raises `OSError`.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        self._folder = folder
+        self._ends: list[Picture] = []
+
+    def add(self, frame: int, picture: Picture, reading: OrientationReading, ingot: IngotDecision | None) -> None:
+        """Write one annotated frame."""
+        colours = cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR) if picture.ndim == 2 else picture.copy()
+        shown = np.asarray(colours, np.uint8)
+        colour = COLOURS[reading.orientation]
+        if reading.present:
+            if len(self._ends) < ENDS_MOST:
+                self._ends.append(_framed(shown, reading, colour))
+            center = round(reading.center_x), round(reading.center_y)
+            cv2.circle(shown, center, round(reading.radius), colour, 2, cv2.LINE_AA)
+        for line, text in enumerate(_lines(frame, reading, ingot)):
+            cv2.putText(shown, text, (10, 24 + 24 * line), cv2.FONT_HERSHEY_SIMPLEX, 0.6, colour, 1, cv2.LINE_AA)
+        _write(self._folder / f"{frame:06d}.jpg", shown)
+
+    def write_strip(self) -> None:
+        """Write all ends, in order, framed in the colour of their verdict; nothing when there were none."""
+        if not self._ends:
+            return
+        empty = np.zeros_like(self._ends[0])
+        ends = self._ends + [empty] * (-len(self._ends) % ACROSS)
+        rows = [np.hstack(ends[start : start + ACROSS]) for start in range(0, len(ends), ACROSS)]
+        _write(self._folder / "ends.png", np.vstack(rows))
+
+
+def _framed(picture: Picture, reading: OrientationReading, colour: tuple[int, int, int]) -> Picture:
+    half = max(1, round(reading.radius))
+    square = cv2.getRectSubPix(picture, (2 * half, 2 * half), (reading.center_x, reading.center_y))
+    square = cv2.resize(square, (SIZE, SIZE), interpolation=cv2.INTER_AREA)
+    return np.asarray(
+        cv2.copyMakeBorder(square, BORDER_PX, BORDER_PX, BORDER_PX, BORDER_PX, cv2.BORDER_CONSTANT, value=colour),
+        np.uint8,
+    )
+
+
+def _lines(frame: int, reading: OrientationReading, ingot: IngotDecision | None) -> list[str]:
+    seen = f"frame {frame}: " + (reading.orientation if reading.present else "no end")
+    if reading.reasons.names:
+        seen += f" ({', '.join(reading.reasons.names)})"
+    if ingot is None:
+        return [seen]
+    decided = f", decided at {ingot.decided_frame}" if ingot.decided_frame is not None else ""
+    return [seen, f"ingot {ingot.ingot}: {ingot.orientation}, {ingot.confidence:.1f} %{decided}"]
+
+
+def _write(file: Path, picture: Picture) -> None:
+    _, data = cv2.imencode(file.suffix, picture)
+    file.write_bytes(data.tobytes())

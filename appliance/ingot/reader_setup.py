@@ -1,0 +1,134 @@
+"""The ingot reader as the appliance sets it up: references and regions from a folder, limits from the settings."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from appliance.cameras.recording.pairs import read_picture
+from appliance.cameras.source import CameraError
+from appliance.ingot.settings import IngotDecisionSettings, IngotLimits, IngotSettings
+from vision.ingot.end_finder import Box, EndFinder, EndLimits
+from vision.ingot.orientation_reader import OrientationReader, References
+from vision.ingot.sequential_decision import DecisionRule
+
+Picture = NDArray[np.uint8]
+
+# Where nothing says it: shares (x, y, width, height) of the picture, for a line that runs up its middle.
+CROP_SHARE = (0.25, 0.2, 0.5, 0.8)
+CENTROID_SHARE = (0.33, 0.3, 0.34, 0.55)
+
+
+class ReferencesError(Exception):
+    """References, regions or limits cannot be used; the message says what, where and what to do."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class IngotView:
+    """What must be known of a camera before its ingots can be read.
+
+    Attributes
+    ----------
+    references : References
+    crop, centroid : Box or None
+        None: shares of the picture.
+    """
+
+    references: References
+    crop: Box | None = None
+    centroid: Box | None = None
+
+
+def load_view(folder: Path) -> IngotView:
+    """Read `top.png`, `bottom.png` and, if it is there, `roi.json`.
+
+    Raises
+    ------
+    ReferencesError
+        A file is missing, unreadable or malformed.
+    """
+    try:
+        top, bottom = (read_picture(folder / name) for name in ("top.png", "bottom.png"))
+    except CameraError as error:
+        raise ReferencesError(f"{error}; references are top.png and bottom.png") from error
+    return IngotView(References(top, bottom), *_regions(folder / "roi.json"))
+
+
+def _regions(file: Path) -> tuple[Box | None, Box | None]:
+    try:
+        regions = json.loads(file.read_text(encoding="utf-8"))
+        return _box(regions["roi_crop"]), _box(regions["roi_centroid"])
+    except FileNotFoundError:
+        return None, None
+    except OSError as error:
+        raise ReferencesError(f"{file}: cannot be read ({error.strerror}); check its permissions") from error
+    except (ValueError, TypeError, KeyError) as error:
+        raise ReferencesError(
+            f"{file}: no regions in it; give roi_crop and roi_centroid as [x, y, width, height] in whole pixels"
+        ) from error
+
+
+def _box(numbers: object) -> Box:
+    box = Box(*(int(number) for number in cast("list[Any]", numbers)))
+    if min(box.x, box.y) < 0 or min(box.width, box.height) < 1:
+        raise ValueError(f"{tuple(box)} is no box")
+    return box
+
+
+def make_reader(settings: IngotSettings, view: IngotView, picture: Picture) -> OrientationReader:
+    """Reader for pictures like this one.
+
+    Raises
+    ------
+    ReferencesError
+        The picture does not hold the crop, or the limits exclude everything.
+    """
+    rows, columns = picture.shape[:2]
+    crop = Box(*settings.crop) if settings.crop else view.crop or _share(CROP_SHARE, rows, columns)
+    centroid = Box(*settings.centroid) if settings.centroid else view.centroid or _share(CENTROID_SHARE, rows, columns)
+    if crop.x + crop.width > columns or crop.y + crop.height > rows:
+        raise ReferencesError(
+            f"the crop {list(crop)} does not lie in pictures of {columns} x {rows}; set ingot.crop or mend roi.json"
+        )
+    try:
+        finder = EndFinder(crop, centroid, _limits(settings.limits, columns))
+        return OrientationReader(finder, view.references, settings.classifier)
+    except ValueError as error:
+        raise ReferencesError(f"ingot.limits: {error}") from error
+
+
+def _share(share: tuple[float, float, float, float], rows: int, columns: int) -> Box:
+    x, y, width, height = share
+    return Box(int(x * columns), int(y * rows), int(width * columns), int(height * rows))
+
+
+def _limits(settings: IngotLimits, columns: int) -> EndLimits:
+    wide = EndLimits.wide(columns)
+    radius_px = settings.radius_min_px or wide.radius_px[0], settings.radius_max_px or wide.radius_px[1]
+    of_radius = EndLimits.area_of(radius_px)
+    return EndLimits(
+        area_px=(settings.area_min_px or of_radius[0], settings.area_max_px or of_radius[1]),
+        radius_px=radius_px,
+        tilt_deg=settings.tilt_deg,
+        red_floor=settings.red_floor,
+        warmth=settings.warmth,
+        length=settings.length,
+        arc=settings.arc,
+    )
+
+
+def decision_rule(settings: IngotDecisionSettings) -> DecisionRule:
+    """The rule of the settings; percent there, parts of one here."""
+    return DecisionRule(
+        false_alarm=settings.false_alarm / 100,
+        missed=settings.missed / 100,
+        late_false_alarm=settings.late_false_alarm / 100,
+        late_missed=settings.late_missed / 100,
+        late_frames=settings.late_frames,
+        least_frames=settings.least_frames,
+        still=settings.still,
+        gone_frames=settings.gone_frames,
+    )

@@ -1,0 +1,77 @@
+"""What the ingot station tells the supervisor of each picture, and of the last ingots."""
+
+import collections
+import math
+import time
+
+from appliance.cameras.pacing import utc_ms
+from appliance.cameras.source import Frame
+from appliance.ingot.message import IngotMessage, IngotVerdict
+from appliance.ingot.reader_setup import decision_rule
+from appliance.ingot.settings import IngotSettings
+from vision.ingot.sequential_decision import IngotDecision, IngotFollower
+from vision.readings import OrientationReading
+
+TOLD_AGAIN = 4  # ingots: more are not decided in the time of a few lost messages
+
+
+class IngotReporter:
+    """Follows the ingots of one camera and says what the supervisor must know.
+
+    Parameters
+    ----------
+    settings : IngotSettings
+    """
+
+    def __init__(self, settings: IngotSettings) -> None:
+        self._follower = IngotFollower(decision_rule(settings.decision))
+        self._told: collections.deque[IngotVerdict] = collections.deque(maxlen=TOLD_AGAIN)
+
+    def report(
+        self, frame: Frame, reading: OrientationReading, elapsed_ms: float, *, dropped: int, simulated: bool
+    ) -> IngotMessage:
+        """What is said of one picture.
+
+        Parameters
+        ----------
+        frame : Frame
+        reading : OrientationReading
+            Of that picture.
+        elapsed_ms : float
+            Time that reading took.
+        dropped : int
+            Messages discarded so far.
+        simulated : bool
+        """
+        now_ms = utc_ms(time.monotonic())
+        for decision in self._follower.take(frame.sequence, reading):
+            self._told.append(_verdict(decision, now_ms))
+        current = self._follower.current
+        return IngotMessage(
+            sequence=frame.sequence,
+            exposed_monotonic_s=frame.exposed_monotonic_s,
+            elapsed_ms=elapsed_ms,
+            dropped=frame.dropped + dropped,
+            simulated=simulated,
+            present=reading.present,
+            reasons=int(reading.reasons),
+            ssim_top=_number(reading.ssim_top),
+            ssim_bottom=_number(reading.ssim_bottom),
+            current=None if current is None else _verdict(current, now_ms),
+            told=tuple(self._told),
+        )
+
+
+def _verdict(decision: IngotDecision, now_ms: int) -> IngotVerdict:
+    return IngotVerdict(
+        ingot=decision.ingot,
+        orientation=decision.orientation,
+        confidence=decision.confidence,
+        ssim_top=_number(decision.ssim_top),
+        ssim_bottom=_number(decision.ssim_bottom),
+        told_utc_ms=now_ms,
+    )
+
+
+def _number(value: float) -> float | None:
+    return value if math.isfinite(value) else None

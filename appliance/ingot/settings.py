@@ -1,0 +1,142 @@
+"""Settings of the ingot station."""
+
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field
+
+from appliance.cameras.kinds import NoCamera, PictureCamera
+from appliance.cameras.settings import LivenessSettings
+from appliance.settings.section import FilePath, Section, unit
+
+
+def _unset_or_box(numbers: list[int]) -> list[int]:
+    if numbers and (len(numbers) != 4 or min(numbers) < 0 or 0 in numbers[2:]):
+        raise ValueError("not a box")
+    return numbers
+
+
+Box = Annotated[list[int], AfterValidator(_unset_or_box)]
+"""x, y, width and height in pixels of the whole picture, or nothing."""
+
+
+class IngotLimits(Section):
+    """What an ingot's end on the line may look like."""
+
+    radius_min_px: float = Field(
+        default=0,
+        ge=0,
+        le=5000,
+        description="Smallest radius of an end; 0: 2 % of the picture's width",
+        json_schema_extra=unit("px"),
+    )
+    radius_max_px: float = Field(
+        default=0,
+        ge=0,
+        le=5000,
+        description="Largest radius of an end; 0: 11 % of the picture's width",
+        json_schema_extra=unit("px"),
+    )
+    area_min_px: float = Field(
+        default=0,
+        ge=0,
+        le=100_000_000,
+        description="Smallest area of an ingot, in the dissertation 5000; 0: 3.2 squares of the smallest radius",
+        json_schema_extra=unit("px"),
+    )
+    area_max_px: float = Field(
+        default=0,
+        ge=0,
+        le=100_000_000,
+        description="Largest area of an ingot, in the dissertation 14000; 0: 7.5 squares of the largest radius",
+        json_schema_extra=unit("px"),
+    )
+    tilt_deg: float = Field(
+        default=15.0,
+        gt=0,
+        le=90,
+        description="Largest angle of an ingot from the picture's vertical",
+        json_schema_extra=unit("°"),
+    )
+    length: float = Field(
+        default=2.0, ge=1, le=10, description="Longest ingot as it is seen, in diameters of its end; longer ones hang"
+    )
+    arc: float = Field(default=0.6, gt=0, le=1, description="Least visible share of the end's lower half circle")
+    red_floor: int = Field(default=100, ge=1, le=254, description="Lowest threshold of the red channel")
+    warmth: int = Field(default=30, ge=0, le=254, description="Least difference of red and blue of a hot pixel")
+
+
+class IngotDecisionSettings(Section):
+    """When an ingot is decided."""
+
+    false_alarm: float = Field(
+        default=0.01,
+        gt=0,
+        le=49,
+        description="Accepted probability that a bottom is called a top",
+        json_schema_extra=unit("%"),
+    )
+    missed: float = Field(
+        default=0.1,
+        gt=0,
+        le=49,
+        description="Accepted probability that a top is called a bottom",
+        json_schema_extra=unit("%"),
+    )
+    late_false_alarm: float = Field(
+        default=2.0,
+        gt=0,
+        le=49,
+        description="As false_alarm, for an ingot that is still undecided after late_frames",
+        json_schema_extra=unit("%"),
+    )
+    late_missed: float = Field(
+        default=20.0,
+        gt=0,
+        le=49,
+        description="As missed, for an ingot that is still undecided after late_frames",
+        json_schema_extra=unit("%"),
+    )
+    late_frames: int = Field(
+        default=15, ge=2, le=10000, description="Pictures after which the late probabilities count"
+    )
+    least_frames: int = Field(default=3, ge=1, le=1000, description="Pictures before which nothing is decided")
+    still: float = Field(
+        default=0.2, gt=0, le=2, description="Farthest way between two pictures of an ingot that lies, in radii"
+    )
+    gone_frames: int = Field(default=5, ge=1, le=1000, description="Pictures without an end after which it is gone")
+
+
+class IngotSettings(Section):
+    """The ingot station."""
+
+    camera: PictureCamera = Field(default_factory=NoCamera, description="Where pictures come from")
+    references: FilePath | None = Field(
+        default=None,
+        description="Folder with top.png, bottom.png and perhaps roi.json; the simulated line can do without",
+    )
+    classifier: Literal["wrinkles", "dual", "single"] = Field(
+        default="wrinkles", description="How one picture is judged; dual and single are those of the dissertation"
+    )
+    crop: Box = Field(default=[], description="Part of the picture that is looked at; []: as roi.json says")
+    centroid: Box = Field(
+        default=[], description="Where the middle of an ingot on the line may be; []: as roi.json says"
+    )
+    stale_after_ms: int = Field(
+        default=2000,
+        ge=100,
+        le=60000,
+        description="Age from which a picture says nothing any more",
+        json_schema_extra=unit("ms"),
+    )
+    memory_max_mb: int = Field(
+        default=1024,
+        ge=256,
+        le=65536,
+        description="Memory of the station's process, above which it ends and is started again",
+        json_schema_extra=unit("MB"),
+    )
+    liveness: LivenessSettings = Field(default_factory=LivenessSettings, description="When pictures are believed")
+    limits: IngotLimits = Field(default_factory=IngotLimits, description="Limits of algorithms 15 and 16")
+    decision: IngotDecisionSettings = Field(
+        default_factory=IngotDecisionSettings, description="Sequential test over the pictures of an ingot"
+    )

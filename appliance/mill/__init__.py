@@ -1,1 +1,0 @@
-"""The simulated mill: scenes with known truth, drawn by geometry of its own."""

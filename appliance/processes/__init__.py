@@ -1,0 +1,1 @@
+"""How measuring processes are started, watched and limited, and how they talk to the supervisor."""

@@ -1,0 +1,192 @@
+"""Starts a measuring process, listens to it, and starts it again when it ends, for whatever reason.
+
+One that keeps ending is tried again at long intervals, and that is a state of its own until a process has run well
+for a while.
+"""
+
+import asyncio
+import contextlib
+import math
+import socket
+import sys
+import time
+from asyncio.subprocess import DEVNULL, Process
+from collections.abc import Callable
+from typing import Literal, NamedTuple
+
+from appliance.processes.link import Message, parse
+from appliance.processes.message import StateMessage
+from appliance.processes.resource_limits import EXIT_OUT_OF_MEMORY
+
+SILENCE_LIMIT_S = 4.0  # after a reading: the next one, or a fault, comes long before
+START_LIMIT_S = 60.0  # opening cameras, compiling, a first calibration, all on a busy computer
+LEAVE_TIME_S = 2.5  # a process leaves by itself when its link closes; it gives itself 2 s
+PAUSE_FIRST_S = 0.2
+PAUSE_LONGEST_S = 3.0
+ENDS_IN_ROW = 5  # from here on the station is failing
+COOL_DOWN_S = 30.0
+GOOD_RUN_S = 30.0
+
+
+class Health(NamedTuple):
+    """State of a station's process.
+
+    Attributes
+    ----------
+    state : {"running", "restarting", "failing"}
+        `running`: readings come; `restarting`: it ended and is started again; `failing`: it keeps ending, is tried
+        again at long intervals, or has not yet run well for long enough after that.
+    ended : bool
+        Whether a process has just ended.
+    detail : str
+        Why it ended, and when the next one is started.
+    """
+
+    state: Literal["running", "restarting", "failing"]
+    ended: bool = False
+    detail: str = ""
+
+
+class Keeper:
+    """Keeps one measuring process running.
+
+    Parameters
+    ----------
+    module : str
+        Python module that is run, with the number of its link's file descriptor as argument.
+    settings_json : str
+        One line, sent over the link first.
+    on_message : callable
+        Gets each message as soon as it is there.
+    on_health : callable
+        Gets the state of the process whenever it changes, and each time that a process ends.
+    """
+
+    def __init__(
+        self,
+        module: str,
+        settings_json: str,
+        on_message: Callable[[Message], None],
+        on_health: Callable[[Health], None],
+    ) -> None:
+        self._module = module
+        self._settings_json = settings_json
+        self._on_message = on_message
+        self._on_health = on_health
+        self._life: asyncio.Task[str] | None = None
+        self._state: Literal["running", "restarting", "failing"] = "running"
+        self._ends = 0
+        self._measures_since_s = math.inf
+
+    async def keep(self) -> None:
+        """Start processes until cancelled; none is left when this returns."""
+        while True:
+            self._measures_since_s = math.inf
+            self._life = asyncio.create_task(self._live())
+            try:
+                reason = await self._life
+            except asyncio.CancelledError:
+                if (task := asyncio.current_task()) and task.cancelling():
+                    raise
+                self._ends = 0  # the process was cancelled and not its keeper: it has new settings
+                self._tell("restarting", ended=True, detail="the measuring process is started with new settings")
+                continue
+            await asyncio.sleep(self._count_end(reason))
+
+    def renew(self, settings_json: str) -> None:
+        """End the process and start one with other settings."""
+        self._settings_json = settings_json
+        if self._life is not None and not self._life.done():  # else the next one has them anyway
+            self._life.cancel()
+
+    def _count_end(self, reason: str) -> float:
+        """Tell of an end; the time to wait before the next start."""
+        self._ends = 1 if self._runs_well() else self._ends + 1
+        if self._ends >= ENDS_IN_ROW:
+            self._tell("failing", ended=True, detail=f"{reason}, {self._ends} times; next try in {COOL_DOWN_S:.0f} s")
+            return COOL_DOWN_S
+        self._tell("restarting", ended=True, detail=reason)
+        return min(PAUSE_FIRST_S * 2 ** (self._ends - 1), PAUSE_LONGEST_S)
+
+    def _hear(self, message: Message) -> None:
+        if not isinstance(message, StateMessage):
+            self._measures_since_s = min(self._measures_since_s, time.monotonic())
+            if self._state != "failing" or self._runs_well():
+                self._tell("running")
+        self._on_message(message)
+
+    def _runs_well(self) -> bool:
+        return time.monotonic() - self._measures_since_s > GOOD_RUN_S
+
+    def _tell(
+        self, state: Literal["running", "restarting", "failing"], *, ended: bool = False, detail: str = ""
+    ) -> None:
+        if ended or state != self._state:
+            self._state = state
+            self._on_health(Health(state, ended, detail))
+
+    async def _live(self) -> str:
+        """Run one process to its end; why it ended."""
+        ours, theirs = socket.socketpair()
+        with ours, theirs:
+            try:
+                process = await _start(self._module, theirs.fileno())
+            except OSError as error:
+                return f"the measuring process cannot be started: {error}"
+            theirs.close()
+            reader, writer = await asyncio.open_unix_connection(sock=ours)
+            try:
+                writer.write(self._settings_json.encode() + b"\n")
+                reason = await _listen(reader, self._hear)
+            finally:
+                writer.close()
+                await _end(process)
+        return f"{reason} ({_how_it_ended(process)})"
+
+
+async def _start(module: str, link: int) -> Process:
+    # away from the terminal: Ctrl-C on a terminal ends the supervisor only, and that closes the link
+    return await asyncio.create_subprocess_exec(
+        sys.executable, "-P", "-m", module, str(link),
+        pass_fds=(link,), stdin=DEVNULL, stdout=DEVNULL, start_new_session=True,
+    )  # fmt: skip
+
+
+async def _listen(reader: asyncio.StreamReader, on_message: Callable[[Message], None]) -> str:
+    limit_s = START_LIMIT_S
+    heard_s = time.monotonic()
+    try:
+        while True:
+            # not `wait_for`, which forgets that it was cancelled when a line comes in the same moment
+            async with asyncio.timeout(heard_s + limit_s - time.monotonic()):
+                line = await reader.readline()
+            if not line.endswith(b"\n"):
+                return "the measuring process ended"  # a half-written last line is no message
+            message = parse(line)
+            on_message(message)
+            measures = not isinstance(message, StateMessage)
+            # saying that one starts is no work; compiling is, and the station itself limits it
+            if measures or message.fault or message.state == "warming":
+                limit_s = SILENCE_LIMIT_S if measures else START_LIMIT_S
+                heard_s = time.monotonic()
+    except TimeoutError:
+        return f"the measuring process did nothing for {limit_s:.0f} s and was ended"
+    except (ValueError, ConnectionError) as error:
+        return f"the measuring process sent what cannot be read and was ended: {error}"
+
+
+async def _end(process: Process) -> None:
+    try:
+        with contextlib.suppress(TimeoutError):
+            await asyncio.wait_for(process.wait(), LEAVE_TIME_S)
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            process.kill()
+        await process.wait()
+
+
+def _how_it_ended(process: Process) -> str:
+    code = process.returncode or 0
+    if code == EXIT_OUT_OF_MEMORY:
+        return "it needed more memory than it may have"
+    return f"signal {-code}" if code < 0 else f"exit code {code}"

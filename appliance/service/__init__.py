@@ -1,0 +1,1 @@
+"""The gauge as a service of the computer: systemd, installation, doctor."""

@@ -1,0 +1,192 @@
+"""Checks what somebody who sets the gauge up would check, one after the other; nothing is changed."""
+
+import asyncio
+import errno
+import os
+import shutil
+import socket
+import subprocess
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+from appliance.cameras.liveness import Exposure
+from appliance.cameras.simulated.settings import MillCamera
+from appliance.cameras.source import CameraError
+from appliance.service import systemd as service
+from appliance.service.install import UNIT
+from appliance.settings.file import SettingsError
+from appliance.sizing.conveyor.empty_line import EmptyLineError
+from appliance.sizing.conveyor.gauge import conveyor_gauge
+from appliance.sizing.conveyor.settings import ConveyorSettings
+from appliance.sizing.station import source_of
+from appliance.sizing.stereo.gauge import TimedGauge
+from appliance.sizing.stereo.rig_file import RigError, load_rig
+from appliance.supervisor.self_check import SelfCheck
+from appliance.supervisor.settings import Settings, load, state_folder
+from vision.sizing.gauge import Gauge
+
+PICTURE_WITHIN_S = 10.0
+FREE_MB_MIN = 200
+
+
+class Check(NamedTuple):
+    """Outcome of one check.
+
+    Attributes
+    ----------
+    name : str
+    verdict : {"good", "note", "BAD"}
+        `note`: works as it is, but somebody should know.
+    text : str
+        What was found, and what to do about it.
+    """
+
+    name: str
+    verdict: Literal["good", "note", "BAD"]
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.verdict:<5} {self.name:<9} {self.text}"
+
+
+def examine(config: Path | None) -> Iterator[Check]:
+    """All checks, each as soon as it is done; without usable settings there is only the first.
+
+    Parameters
+    ----------
+    config : Path or None
+        Settings file; None for the defaults.
+    """
+    try:
+        settings = load(config)
+    except SettingsError as error:
+        yield Check("settings", "BAD", str(error))
+        return
+    yield Check("settings", "good", f"{config or 'the defaults'}")
+    checks: tuple[Callable[[Settings], Check], ...] = (_reference, _cameras, _port, _service, _disk, _cache, _memory)
+    for check in checks:
+        yield check(settings)
+
+
+def _reference(settings: Settings) -> Check:
+    """What makes millimetres of pixels: the rig, or the barriers of the empty line."""
+    sizing = settings.sizing
+    if isinstance(sizing, ConveyorSettings):
+        return _barriers(sizing)
+    if sizing.rig is None:
+        if isinstance(sizing.camera, MillCamera):
+            return Check("rig", "note", "none; the simulated mill calibrates itself")
+        return Check("rig", "BAD", "sizing.rig is not set; make a rig file with `hotgauge calibrate` and set it")
+    try:
+        TimedGauge(load_rig(sizing.rig), str(sizing.rig), Gauge)
+    except RigError as error:
+        return Check("rig", "BAD", str(error))
+    return Check("rig", "good", str(sizing.rig))
+
+
+def _barriers(sizing: ConveyorSettings) -> Check:
+    try:
+        gauge = conveyor_gauge(sizing, source_of(sizing))
+    except (CameraError, EmptyLineError) as error:
+        return Check("barriers", "BAD", str(error))
+    return Check("barriers", "good", f"two straight ones in {gauge.name}")
+
+
+def _cameras(settings: Settings) -> Check:
+    sizing = settings.sizing
+    kind = sizing.camera.kind
+    try:
+        with source_of(sizing) as source:
+            exposed = source.next(PICTURE_WITHIN_S)
+        if exposed is None:
+            return Check("cameras", "BAD", f"{kind}: no pictures within {PICTURE_WITHIN_S:.0f} s; check the cameras")
+        pictures = Exposure.of(exposed).pictures
+        if isinstance(sizing, ConveyorSettings):
+            conveyor_gauge(sizing, source).measure(*pictures)
+        elif sizing.rig is not None:
+            TimedGauge(load_rig(sizing.rig), str(sizing.rig), Gauge).measure(*pictures)
+    except CameraError as error:
+        return Check("cameras", "BAD", f"{kind}: {error}")
+    except (RigError, EmptyLineError) as error:
+        return Check("cameras", "BAD", f"{kind}: pictures do not fit: {error}")
+    rows, columns = pictures[0].shape[:2]
+    what = "a pair" if len(pictures) > 1 else "a picture"
+    return Check("cameras", "good", f"{kind}: {what} of {columns} x {rows} pixels")
+
+
+def _port(settings: Settings) -> Check:
+    host, port = settings.plc.host, settings.plc.port
+    place = f"{host}:{port}"
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        with socket.socket(family) as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind((host, port))
+    except OSError as error:
+        if error.errno == errno.EADDRINUSE:
+            if asyncio.run(_answers(host, port)):
+                return Check("port", "good", f"{place}: a gauge answers")
+            return Check("port", "BAD", f"{place}: used by something else; stop it or set plc.port")
+        if error.errno == errno.EACCES:
+            return Check("port", "note", f"{place}: only root and the service may use it")
+        return Check("port", "BAD", f"{place}: {error.strerror}; set plc.host to an address of this computer")
+    where = "this computer only; set plc.host for others" if host.startswith("127.") else "free"
+    return Check("port", "good" if where == "free" else "note", f"{place}: {where}")
+
+
+async def _answers(host: str, port: int) -> bool:
+    check = SelfCheck(host, port)
+    try:
+        return await check.heartbeat() is not None
+    finally:
+        check.close()
+
+
+def _service(_: Settings) -> Check:
+    if not Path("/run/systemd/system").is_dir():
+        return Check("service", "note", "this computer does not run systemd; start `hotgauge run` by other means")
+    if not service.available():
+        return Check("service", "BAD", "systemd-python is missing; pip install 'hotgauge[systemd]'")
+    if not (Path("/") / UNIT).is_file():
+        return Check("service", "note", "not installed; as root: hotgauge install")
+    asked = subprocess.run(["systemctl", "is-active", UNIT.name], check=False, capture_output=True, text=True)
+    state = asked.stdout.strip() or "unknown"
+    if state == "active":
+        return Check("service", "good", "active")
+    return Check("service", "BAD", f"{state}; see: journalctl -u hotgauge")
+
+
+def _disk(settings: Settings) -> Check:
+    folder = state_folder(settings.plc)
+    if folder is None:
+        return Check("disk", "note", "nothing is kept over a restart; see plc.writes and plc.state_directory")
+    return _writable("disk", folder, "set points are kept")
+
+
+def _cache(_: Settings) -> Check:
+    given = os.environ.get("NUMBA_CACHE_DIR")
+    if given is None:
+        return _writable("cache", Path(__file__).parent, "compiled code is kept beside the program")
+    return _writable("cache", Path(given), "compiled code is kept")
+
+
+def _writable(name: str, folder: Path, what: str) -> Check:
+    there = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+    try:
+        with tempfile.TemporaryFile(dir=there):
+            free_mb = shutil.disk_usage(there).free >> 20
+    except OSError as error:
+        return Check(name, "BAD", f"{folder}: {error.strerror}; make it writable for the user of the service")
+    if free_mb < FREE_MB_MIN:
+        return Check(name, "BAD", f"{folder}: {free_mb} MB free; make room for {FREE_MB_MIN} MB")
+    return Check(name, "good", f"{folder}: {what}, {free_mb} MB free")
+
+
+def _memory(settings: Settings) -> Check:
+    there_mb = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") >> 20
+    wanted_mb = settings.sizing.memory_max_mb + FREE_MB_MIN
+    if there_mb < wanted_mb:
+        return Check("memory", "BAD", f"{there_mb} MB; sizing.memory_max_mb needs {wanted_mb} MB with the rest")
+    return Check("memory", "good", f"{there_mb} MB")

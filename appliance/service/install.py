@@ -1,0 +1,169 @@
+"""Sets a Debian computer up so that the gauge starts with it, and takes it down again."""
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from appliance.service import systemd as service
+
+CONFIG = Path("etc/hotgauge/hotgauge.toml")
+UNIT = Path("etc/systemd/system/hotgauge.service")
+CACHE = Path("var/cache/hotgauge")
+STATE = Path("var/lib/hotgauge")
+HOMES = (Path("/home"), Path("/root"), Path("/run/user"))
+
+
+class InstallError(Exception):
+    """The computer cannot be set up or taken down; the message says what, where and what to do."""
+
+
+class _File(NamedTuple):
+    """A file of the folder `systemd`, and where it belongs."""
+
+    source: str
+    target: Path
+
+
+FILES = (
+    _File("hotgauge.service", UNIT),
+    _File("sysusers.conf", Path("etc/sysusers.d/hotgauge.conf")),
+    _File("tmpfiles.conf", Path("etc/tmpfiles.d/hotgauge.conf")),
+    _File("udev.rules", Path("etc/udev/rules.d/70-hotgauge.rules")),
+)
+
+
+def templates() -> Path:
+    """The folder `systemd` of the source, or the one that was installed with the package."""
+    beside = Path(__file__).parents[1] / "systemd"
+    return beside if beside.is_dir() else Path(sys.prefix) / "share" / "hotgauge" / "systemd"
+
+
+def install(root: Path) -> Iterator[str]:
+    """Write all files and, on the computer itself, have them take effect; a settings file that is there is kept.
+
+    Parameters
+    ----------
+    root : Path
+        `/`, or a folder that stands for it: then files are written and nothing else is done.
+
+    Yields
+    ------
+    str
+        What has been done, a line each.
+
+    Raises
+    ------
+    InstallError
+    """
+    live = root == Path("/")
+    if live:
+        _check_computer()
+    for file in FILES:
+        yield _write(root / file.target, _text(file.source), keep=False)
+    yield _write(root / CONFIG, _text("hotgauge.toml"), keep=True)
+    if live:
+        _run("systemd-sysusers", root / FILES[1].target)
+        _run("systemd-tmpfiles", "--create", root / FILES[2].target)
+        _reload_udev()
+        _run("systemctl", "daemon-reload")
+        _run("systemctl", "enable", "--now", "--no-block", UNIT.name)
+        yield f"{UNIT.name} is enabled and starts; see it with: systemctl status hotgauge"
+
+
+def remove(root: Path) -> Iterator[str]:
+    """Stop the service and remove what `install` wrote; what people or the gauge have written stays and is named.
+
+    Parameters
+    ----------
+    root : Path
+        As for `install`.
+
+    Yields
+    ------
+    str
+
+    Raises
+    ------
+    InstallError
+    """
+    live = root == Path("/")
+    if live:
+        _check_root()
+        if (root / UNIT).exists():
+            _run("systemctl", "disable", "--now", UNIT.name)
+    for file in FILES:
+        yield from _delete(root / file.target)
+    if (root / CONFIG).is_file() and (root / CONFIG).read_text(encoding="utf-8") == _text("hotgauge.toml"):
+        yield from _delete(root / CONFIG)
+    if (root / CACHE).is_dir():
+        shutil.rmtree(root / CACHE)
+        yield f"removed {root / CACHE}"
+    if live:
+        _run("systemctl", "daemon-reload")
+        _reload_udev()
+    folder = (root / CONFIG).parent
+    if folder.is_dir() and not any(folder.iterdir()):
+        folder.rmdir()
+    for place in (root / CONFIG, root / STATE):
+        if place.exists():
+            yield f"kept {place}; delete it if it is not wanted"
+
+
+def _check_computer() -> None:
+    _check_root()
+    if shutil.which("systemctl") is None:
+        raise InstallError("this computer has no systemd; run `hotgauge run` under its own service manager")
+    if not service.available():
+        raise InstallError(
+            "systemd-python is missing, without which the service is never ready; "
+            "apt-get install gcc pkg-config libsystemd-dev python3-dev, then pip install 'hotgauge[systemd]'"
+        )
+    for place in (Path(sys.executable), Path(sys.base_prefix), templates()):
+        if any(place.resolve().is_relative_to(home) for home in HOMES):
+            raise InstallError(f"{place}: a service sees no home directories; install hotgauge in a venv in /opt")
+
+
+def _check_root() -> None:
+    if os.geteuid() != 0:
+        raise InstallError("only root can do this; use sudo, or --root DIR to look at the files first")
+
+
+def _text(source: str) -> str:
+    try:
+        text = (templates() / source).read_text(encoding="utf-8")
+    except OSError as error:
+        raise InstallError(f"{templates() / source}: {error.strerror}; install hotgauge again") from error
+    return text.replace("@PYTHON@", sys.executable)
+
+
+def _write(path: Path, text: str, *, keep: bool) -> str:
+    if keep and path.exists():
+        return f"kept {path}"
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InstallError(f"{path}: {error.strerror}; give a folder that can be written") from error
+    return f"wrote {path}"
+
+
+def _delete(path: Path) -> Iterator[str]:
+    if path.exists():
+        path.unlink()
+        yield f"removed {path}"
+
+
+def _reload_udev() -> None:
+    if shutil.which("udevadm") is not None:  # a container has none
+        subprocess.run(["udevadm", "control", "--reload"], check=False, capture_output=True)
+
+
+def _run(*words: str | Path) -> None:
+    ended = subprocess.run(words, check=False, capture_output=True, text=True)
+    if ended.returncode != 0:
+        said = ended.stderr.strip().splitlines() or [f"exit code {ended.returncode}"]
+        raise InstallError(f"{' '.join(map(str, words))}: {said[-1]}; see `systemctl status hotgauge`")

@@ -1,0 +1,103 @@
+"""All settings of the appliance: one TOML file, every field with its text, unit and bounds.
+
+Every default works without a file. Unknown keys are refused. The table in the documents is derived from here.
+"""
+
+import difflib
+import tomllib
+from pathlib import Path
+from typing import TypeVar
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from appliance.settings.table import Kind, SettingRow, as_toml, table
+
+
+class SettingsError(Exception):
+    """The settings file cannot be used; the message names file, key, what is wrong and what is allowed."""
+
+
+RootT = TypeVar("RootT", bound=BaseModel)
+
+
+def load(path: Path | None, root: type[RootT]) -> RootT:
+    """Read and check a settings file.
+
+    Parameters
+    ----------
+    path : Path or None
+        TOML file; None gives the defaults.
+    root : type
+        Section that the whole file is.
+
+    Returns
+    -------
+    The settings, of the type `root`
+
+    Raises
+    ------
+    SettingsError
+        File missing or unreadable, TOML not well-formed, key unknown, value of a wrong type or out of bounds.
+    """
+    if path is None:
+        return root()
+    try:
+        values = tomllib.loads(path.read_text(encoding="utf-8"))
+        return root.model_validate(values, context={"folder": path.parent})
+    except OSError as error:
+        raise SettingsError(f"{path}: {error.strerror}; give an existing TOML file") from error
+    except UnicodeDecodeError as error:
+        raise SettingsError(f"{path}: not a text in UTF-8; give a TOML file") from error
+    except tomllib.TOMLDecodeError as error:
+        raise SettingsError(f"{path}: not well-formed TOML: {error}") from error
+    except ValidationError as error:
+        raise SettingsError(f"{path}: " + "; ".join(_sentence(detail, root) for detail in error.errors())) from error
+
+
+def _sentence(detail: ErrorDetails, root: type[BaseModel]) -> str:
+    rows = table(root)
+    key, kinds = _place(detail["loc"], rows)
+    if detail["type"] == "extra_forbidden":
+        return f"{key}: unknown key; {_nearest(key, kinds, rows)}"
+    given = detail["input"]
+    if detail["type"].startswith("union_tag"):
+        context = detail.get("ctx", {})
+        key, given = f"{key}.{context['discriminator'].strip(chr(39))}", context.get("tag")
+    here = [row for row in rows if row.key == key and not _elsewhere(row, kinds)]
+    allowed = " or ".join(dict.fromkeys(row.allowed for row in here)) or "a [section]"
+    missing = detail["type"] in {"missing", "union_tag_not_found"}
+    return f"{key}: missing; give {allowed}" if missing else f"{key} = {as_toml(given)} cannot be; give {allowed}"
+
+
+def _place(location: tuple[int | str, ...], rows: tuple[SettingRow, ...]) -> tuple[str, tuple[Kind, ...]]:
+    """Key of an error, and the kinds of the sections around it, which stand behind their sections."""
+    choosing = {kind.key.rpartition(".")[0]: kind.key for row in rows for kind in row.kinds}
+    key, kinds, chosen = "", list[Kind](), False
+    for part in map(str, location):
+        chosen = key in choosing and not chosen
+        if chosen:
+            kinds.append(Kind(choosing[key], part))
+        else:
+            key = f"{key}.{part}" if key else part
+    return key, tuple(kinds)
+
+
+def _elsewhere(row: SettingRow, kinds: tuple[Kind, ...]) -> list[Kind]:
+    """Kinds that a row needs in place of those that are there."""
+    there = dict(kinds)
+    return [kind for kind in row.kinds if there.get(kind.key, kind.choice) != kind.choice]
+
+
+def _nearest(key: str, kinds: tuple[Kind, ...], rows: tuple[SettingRow, ...]) -> str:
+    section = key.rpartition(".")[0]
+    wanted = [_elsewhere(row, kinds) for row in rows if row.key == key or row.key.startswith(f"{key}.")]
+    if wanted:
+        return f"it needs {' and '.join(map(str, min(wanted, key=len)))}; leave it out"
+    keys = sorted({row.key for row in rows})
+    near = difflib.get_close_matches(key, keys, n=1)
+    if near:
+        return f"did you mean {near[0]}?"
+    sections = dict.fromkeys(other.partition(".")[0] for other in (row.key for row in rows))
+    here = [other for other in keys if other.startswith(f"{section}.")] or [f"[{name}]" for name in sections]
+    return "known here: " + ", ".join(here)

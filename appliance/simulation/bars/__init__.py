@@ -1,0 +1,1 @@
+"""Scenes of the sizing line: bars, their surface and surroundings, what disturbs them."""

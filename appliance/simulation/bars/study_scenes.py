@@ -1,0 +1,402 @@
+"""Scenes for studies: a rig, a bar and everything around them drawn from a seed, under a named condition.
+
+`CONDITIONS` is the one table of what can be drawn. The same seed gives the same rig, bar, lens and noise under
+every condition, so that conditions are compared on equal terms.
+"""
+
+import math
+import zlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from appliance.simulation.bars.bars import (
+    DIAMETER_MM,
+    LEAST_COVERED_PART,
+    OFFSET_MM,
+    TEMPERATURE_C,
+    YAW_DEG,
+    Bar,
+    Oxide,
+)
+from appliance.simulation.bars.disturbances import Blind, Disturbance, Glare, Haze, Post, Shimmer, Side
+from appliance.simulation.bars.line_scene import Picture, Scene, View, noise_starts
+from appliance.simulation.bars.silhouette import Glow
+from appliance.simulation.sensor import Blur, Coding, Response, Sensor, coded
+from appliance.simulation.true_rig import TrueCamera, TrueRig, nudged, random_rig
+
+ImageSize = tuple[int, int]  # columns, rows
+
+SIDES: tuple[Side, Side] = ("left", "right")
+RESPONSES: tuple[Response, ...] = ("srgb", "linear", "gamma 2.2")
+
+
+@dataclass(frozen=True, slots=True)
+class Setup:
+    """Everything that decides a scene's pictures.
+
+    Attributes
+    ----------
+    seed : int
+        Background and noise.
+    rig : TrueRig
+        As it was when it was calibrated.
+    bars : tuple of Bar
+    sensor, blur, glow : Sensor, Blur, Glow
+    nudges : dict
+        Cameras that have turned since, by side: degrees about their own x, y and z axis.
+    bounce_mm : float
+        How much higher the bars are when the right camera exposes.
+    lit_rollers : bool
+        Whether the line reflects the first bar's glow.
+    disturbances : tuple of Disturbance
+        From the bar to the camera.
+    gain : float
+        Exposure over the usual one.
+    coding : str
+        Of the pictures.
+    """
+
+    seed: int
+    rig: TrueRig
+    bars: tuple[Bar, ...]
+    sensor: Sensor
+    blur: Blur
+    glow: Glow
+    nudges: dict[Side, tuple[float, float, float]] = field(default_factory=dict[Side, tuple[float, float, float]])
+    bounce_mm: float = 0.0
+    lit_rollers: bool = False
+    disturbances: tuple[Disturbance, ...] = ()
+    gain: float = 1.0
+    coding: Coding = "lossless"
+
+    @property
+    def diameter_mm(self) -> float | None:
+        """Width of the bar across the views, None when there is no bar that both cameras could measure."""
+        if len(self.bars) != 1 or any(isinstance(disturbance, Blind) for disturbance in self.disturbances):
+            return None
+        if self.bars[0].covered_part(self.rig.region_y_mm) < LEAST_COVERED_PART:
+            return None
+        return sum(_width_mm(self.bars[0], camera) for camera in self.rig.cameras) / 2
+
+    def truth(self, condition: str, effects: Sequence[str]) -> dict[str, object]:
+        """What is true of the scene; see `StudyScene.truth`."""
+        return {
+            "diameter_mm": self.diameter_mm,
+            "condition": condition,
+            "effects": list(effects),
+            "seed": self.seed,
+            "region_y_mm": list(self.rig.region_y_mm),
+            "bars": [_bar_truth(bar, self.rig) for bar in self.bars],
+        }
+
+    def scene_as_calibrated(self) -> Scene:
+        """The line as it was when the cameras were calibrated: cold, and nothing has moved."""
+        return _scene(self.rig, self.seed, self.sensor, self.blur, glow=self.glow, lit_by=None)
+
+    def pair(self, frame: int = 0) -> tuple[Picture, Picture]:
+        """Left and right picture, blue-green-red; the frame chooses noise and shimmer."""
+        lit_by = self.bars[0] if self.lit_rollers and self.bars else None
+        scene = _scene(self._rig_now(), self.seed, self.sensor, self.blur, glow=self.glow, lit_by=lit_by)
+        starts = noise_starts(self.seed, frame)
+        return self._picture("left", scene.left, frame, starts[0]), self._picture(
+            "right", scene.right, frame, starts[1]
+        )
+
+    def _rig_now(self) -> TrueRig:
+        if not self.nudges:
+            return self.rig
+        still = (0.0, 0.0, 0.0)
+        left, right = (
+            nudged(camera, self.nudges.get(side, still)) for side, camera in zip(SIDES, self.rig.cameras, strict=True)
+        )
+        return replace(self.rig, left=left, right=right)
+
+    def _picture(self, side: Side, view: View, frame: int, noise_start: int) -> Picture:
+        light = view.background.copy()
+        lift_mm = self.bounce_mm if side == "right" else 0.0
+        for bar in sorted(self.bars, key=lambda bar: -abs(bar.offset_mm - view.camera.centre_mm[0])):
+            view.add_bar(light, replace(bar, lift_mm=bar.lift_mm + lift_mm))
+        for disturbance in self.disturbances:
+            if disturbance.side == side:
+                light = disturbance.changed(light, view, frame)
+        return coded(view.exposed(light * np.float32(self.gain), noise_start), self.coding)
+
+
+# Conditions of one seed share their rig and what stands still in it, which takes longest to draw.
+@lru_cache(maxsize=2)
+def _scene(rig: TrueRig, seed: int, sensor: Sensor, blur: Blur, *, glow: Glow, lit_by: Bar | None) -> Scene:
+    return Scene(rig, seed, sensor, blur, glow, lit_by=lit_by)
+
+
+@dataclass(frozen=True, slots=True)
+class StudyScene:
+    """One pair of pictures, what a gauge may know of it, and what is true.
+
+    Attributes
+    ----------
+    rig : TrueRig
+        As calibrated.
+    left, right : ndarray of uint8, shape (rows, columns, 3)
+        Blue-green-red.
+    response : str
+        How pixel values follow from light.
+    truth : dict
+        `diameter_mm` (None: nothing to be measured), `condition`, `effects`, `seed`, `region_y_mm` and `bars`, a list.
+    """
+
+    rig: TrueRig
+    left: Picture
+    right: Picture
+    response: Response
+    truth: dict[str, object]
+
+
+def draw(condition: str, seed: int, image_size: ImageSize = (800, 600), effects: Sequence[str] = ()) -> StudyScene:
+    """A scene under a condition of `CONDITIONS`, with effects of the same table.
+
+    Raises
+    ------
+    ValueError
+        `condition` or `effects` are not in the table.
+    """
+    setup = set_up(condition, seed, image_size, effects)
+    left, right = setup.pair()
+    return StudyScene(setup.rig, left, right, setup.sensor.response, setup.truth(condition, effects))
+
+
+def set_up(condition: str, seed: int, image_size: ImageSize = (800, 600), effects: Sequence[str] = ()) -> Setup:
+    """What `draw` draws.
+
+    Raises
+    ------
+    ValueError
+        `condition` or `effects` are not in the table.
+    """
+    changes = {row.name: row for row in CONDITIONS}
+    for argument, kind, names in (("condition", "condition", (condition,)), ("effects", "effect", effects)):
+        for name in names:
+            if name not in changes or changes[name].kind != kind:
+                raise ValueError(f"{argument}: {name!r} is not a {kind} of the simulated mill")
+    setup = _usual(seed, image_size)
+    for name in (condition, *effects):
+        setup = changes[name].change(setup, np.random.default_rng([seed, zlib.crc32(name.encode())]))
+    return setup
+
+
+@lru_cache(maxsize=2)
+def _usual(seed: int, image_size: ImageSize) -> Setup:
+    rng = np.random.default_rng([seed, 0x7363])
+    return Setup(
+        seed=seed,
+        rig=random_rig(rng, image_size),
+        bars=(
+            Bar(
+                diameter_mm=rng.uniform(*DIAMETER_MM),
+                offset_mm=rng.uniform(-OFFSET_MM, OFFSET_MM),
+                yaw_deg=rng.uniform(-YAW_DEG, YAW_DEG),
+                temperature_c=rng.uniform(*TEMPERATURE_C),
+                warm_side_deg=rng.uniform(30, 150),
+            ),
+        ),
+        sensor=Sensor(RESPONSES[rng.integers(len(RESPONSES))], rng.uniform(5_000, 15_000), rng.uniform(5, 20)),
+        blur=Blur(rng.uniform(0.6, 1.0), rng.uniform(3, 8), rng.uniform(0.005, 0.03)),
+        glow=Glow(limb_darkening=rng.uniform(0, 0.06), unevenness=rng.uniform(0, 0.06)),
+    )
+
+
+def _width_mm(bar: Bar, camera: TrueCamera) -> float:
+    """Width of the bar across a camera's line of sight."""
+    to_camera = camera.centre_mm - bar.axis_point_mm
+    return bar.width_mm(np.array([to_camera @ bar.across, to_camera[2]]))
+
+
+def _bar_truth(bar: Bar, rig: TrueRig) -> dict[str, object]:
+    return {
+        "mean_diameter_mm": bar.diameter_mm,
+        "width_left_mm": _width_mm(bar, rig.left),
+        "width_right_mm": _width_mm(bar, rig.right),
+        "ovality_mm": bar.ovality_mm,
+        "camber_mm": bar.camber_mm,
+        "axis_point_mm": bar.axis_point_mm.tolist(),
+        "axis_direction": bar.axis_direction.tolist(),
+        "covered_part": bar.covered_part(rig.region_y_mm),
+        "temperature_c": bar.temperature_c,
+    }
+
+
+# Conditions and effects: each takes the usual scene and changes one thing.
+
+Rng = np.random.Generator
+
+
+def _clean(setup: Setup, _: Rng) -> Setup:
+    return setup
+
+
+def _scale(setup: Setup, rng: Rng) -> Setup:
+    oxide = Oxide(
+        seed=setup.seed,
+        part=rng.uniform(0.05, 0.35),
+        patch_mm=rng.uniform(15, 60),
+        cooler_c=rng.uniform(70, 110),
+        unevenness_c=rng.uniform(5, 20),
+    )
+    return _with_bars(setup, oxide=oxide)
+
+
+def _rollers(setup: Setup, _: Rng) -> Setup:
+    return replace(setup, lit_rollers=True)
+
+
+def _post(setup: Setup, rng: Rng) -> Setup:
+    bar, side = setup.bars[0], SIDES[rng.integers(2)]
+    centre_mm = getattr(setup.rig, side).centre_mm
+    before_mm = bar.axis_point_mm + rng.uniform(*setup.rig.region_y_mm) * bar.axis_direction
+    nearness = rng.uniform(0.35, 0.7)  # of the way from the camera to the bar
+    foot_x_mm, foot_y_mm = (centre_mm + nearness * (before_mm - centre_mm))[:2].tolist()
+    post = Post(
+        side=side,
+        foot_mm=(foot_x_mm, foot_y_mm),
+        radius_mm=nearness * rng.uniform(0.15, 0.5) * bar.diameter_mm / 2,
+        light=rng.choice([rng.uniform(0.001, 0.02), rng.uniform(0.1, 0.5)]),
+        soft_px=rng.uniform(1, 4),
+    )
+    return _disturbed(setup, post)
+
+
+def _haze(setup: Setup, rng: Rng) -> Setup:
+    return _disturbed(setup, *(Haze(side, int(rng.integers(1 << 32)), rng.uniform(0.1, 0.45)) for side in SIDES))
+
+
+def _glare(setup: Setup, rng: Rng) -> Setup:
+    side = SIDES[rng.integers(2)]
+    radius_px = rng.uniform(0.01, 0.06) * setup.rig.left.image_size[0]
+    limb, outwards = _limb_px(getattr(setup.rig, side), setup.bars[0], rng.uniform(*setup.rig.region_y_mm), rng)
+    x, y = (limb + rng.uniform(0.2, 1.0) * radius_px * outwards).tolist()
+    return _disturbed(setup, Glare(side, (x, y), radius_px, rng.uniform(0.1, 0.5) * radius_px, rng.uniform(0.2, 1.5)))
+
+
+def _overexposed(setup: Setup, rng: Rng) -> Setup:
+    return replace(setup, gain=rng.choice([rng.uniform(2.0, 3.0), rng.uniform(4.5, 6.5)]))
+
+
+def _bar_end(setup: Setup, rng: Rng) -> Setup:
+    end = ("tail_mm", "head_mm")[rng.integers(2)]
+    return _with_bars(setup, **{end: rng.uniform(*setup.rig.region_y_mm)})
+
+
+def _two_bars(setup: Setup, rng: Rng) -> Setup:
+    first, second = rng.uniform(80, 180, 2)
+    apart_mm = (first + second) / 2 + rng.uniform(20, 100)
+    middle_mm = rng.uniform(-30, 30)
+    bar = setup.bars[0]
+    return replace(
+        setup,
+        bars=(
+            replace(bar, diameter_mm=first, offset_mm=middle_mm - apart_mm / 2),
+            replace(bar, diameter_mm=second, offset_mm=middle_mm + apart_mm / 2),
+        ),
+    )
+
+
+def _no_bar(setup: Setup, _: Rng) -> Setup:
+    return replace(setup, bars=())
+
+
+def _one_blind(setup: Setup, rng: Rng) -> Setup:
+    return _disturbed(setup, Blind(SIDES[rng.integers(2)], rng.choice([0.0, rng.uniform(0.005, 0.3)])))
+
+
+def _ovality(setup: Setup, rng: Rng) -> Setup:
+    return _with_bars(setup, ovality_mm=rng.uniform(0.3, 3.0), ovality_deg=rng.uniform(0, 180))
+
+
+def _camber(setup: Setup, rng: Rng) -> Setup:
+    return _with_bars(setup, camber_mm=rng.choice([-1, 1]) * rng.uniform(1, 6))
+
+
+def _shimmer(setup: Setup, rng: Rng) -> Setup:
+    shift_px = rng.uniform(0.1, 0.4)
+    return _disturbed(setup, *(Shimmer(side, setup.seed, bar, shift_px) for bar in setup.bars for side in SIDES))
+
+
+def _bounce(setup: Setup, rng: Rng) -> Setup:
+    return replace(setup, bounce_mm=rng.uniform(1, 6))
+
+
+def _nudged(setup: Setup, rng: Rng) -> Setup:
+    turn = rng.normal(0, 1, 3)
+    x, y, z = (turn * rng.uniform(0.02, 0.2) / np.linalg.norm(turn)).tolist()
+    return replace(setup, nudges={SIDES[rng.integers(2)]: (x, y, z)})
+
+
+def _defocus(setup: Setup, rng: Rng) -> Setup:
+    return replace(setup, blur=replace(setup.blur, core_px=rng.uniform(1.2, 2.2)))
+
+
+def _jpeg_444(setup: Setup, _: Rng) -> Setup:
+    return replace(setup, coding="jpeg 4:4:4")
+
+
+def _jpeg_420(setup: Setup, _: Rng) -> Setup:
+    return replace(setup, coding="jpeg 4:2:0")
+
+
+def _with_bars(setup: Setup, **changes: object) -> Setup:
+    return replace(setup, bars=tuple(replace(bar, **changes) for bar in setup.bars))
+
+
+def _disturbed(setup: Setup, *more: Disturbance) -> Setup:
+    return replace(setup, disturbances=(*setup.disturbances, *more))
+
+
+def _limb_px(
+    camera: TrueCamera, bar: Bar, station_mm: float, rng: Rng
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """A point of a limb in the picture, and the unit vector that leads from the bar's axis to it."""
+    axis_mm = bar.axis_point_mm + station_mm * bar.axis_direction
+    up = np.array([0.0, 0.0, 1.0])
+    to_camera = camera.centre_mm - axis_mm
+    distance_mm = math.hypot(to_camera @ bar.across, to_camera @ up)
+    turn = math.atan2(to_camera @ up, to_camera @ bar.across)
+    turn += rng.choice([-1, 1]) * math.acos(bar.diameter_mm / 2 / distance_mm)
+    limb_mm = axis_mm + bar.diameter_mm / 2 * (math.cos(turn) * bar.across + math.sin(turn) * up)
+    limb, axis = camera.project(limb_mm), camera.project(axis_mm)
+    return limb, (limb - axis) / np.linalg.norm(limb - axis)
+
+
+class Condition(NamedTuple):
+    """One row of the table of conditions and effects."""
+
+    name: str
+    kind: Literal["condition", "effect"]
+    text: str
+    change: Callable[[Setup, np.random.Generator], Setup]
+
+
+CONDITIONS: tuple[Condition, ...] = (
+    Condition("clean", "condition", "one smooth bar on a dark line with rollers, barriers and clutter", _clean),
+    Condition("scale", "condition", "oxide patches with hard edges, 70 to 110 °C darker, and uneven cooling", _scale),
+    Condition("rollers", "condition", "rollers, floor and barriers reflect the bar's glow", _rollers),
+    Condition("post", "condition", "a dark or lit post before one camera hides part of the bar", _post),
+    Condition("haze", "condition", "steam takes contrast away and lays a veil over both pictures", _haze),
+    Condition("glare", "condition", "a bright blob with a soft edge touches a limb in one picture", _glare),
+    Condition("overexposed", "condition", "red, or red and green, are clipped", _overexposed),
+    Condition("bar-end", "condition", "a head or a tail lies in the measuring region", _bar_end),
+    Condition("two-bars", "condition", "two bars side by side: nothing to be measured", _two_bars),
+    Condition("no-bar", "condition", "the empty line: nothing to be measured", _no_bar),
+    Condition("one-blind", "condition", "one camera is dark or covered: nothing to be measured", _one_blind),
+    Condition("ovality", "effect", "the section is an ellipse, 0.3 to 3 mm out of round", _ovality),
+    Condition("camber", "effect", "the axis is curved, 1 to 6 mm over a metre", _camber),
+    Condition("shimmer", "effect", "hot air displaces the picture by 0.1 to 0.4 px, anew in each frame", _shimmer),
+    Condition("bounce", "effect", "the bar is 1 to 6 mm higher when the right camera exposes", _bounce),
+    Condition("nudged", "effect", "a camera has turned by 0.02 to 0.2 degrees since its calibration", _nudged),
+    Condition("defocus", "effect", "the pictures are out of focus: core of 1.2 to 2.2 px", _defocus),
+    Condition("jpeg-444", "effect", "pictures coded as JPEG, full colour resolution", _jpeg_444),
+    Condition("jpeg-420", "effect", "pictures coded as JPEG, halved colour resolution", _jpeg_420),
+)

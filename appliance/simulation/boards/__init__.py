@@ -1,0 +1,1 @@
+"""Checkerboards as the simulated cameras see them."""

@@ -1,0 +1,1 @@
+"""Sizing with one camera that nobody calibrated, between two barriers."""

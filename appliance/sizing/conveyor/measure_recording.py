@@ -1,0 +1,70 @@
+"""Measures a recording of one uncalibrated camera over a conveyor between barriers, frame by frame."""
+
+from functools import partial
+from pathlib import Path
+
+from tqdm import tqdm
+
+from appliance.cameras.recording.pictures import PictureRecording
+from appliance.files.atomic_file import whole_file
+from appliance.files.row_writer import row_writer
+from appliance.sizing.conveyor.empty_line import TimedConveyorGauge, darkest
+from appliance.sizing.conveyor.empty_line import background as background_of
+from appliance.sizing.conveyor.plots import ConveyorPlots
+from appliance.sizing.reading_rows import COLUMNS, row
+from vision.sizing.conveyor.camera_view import ConveyorReference
+from vision.sizing.conveyor.gauge import ConveyorGauge
+
+
+def measure_conveyor(
+    recording: Path,
+    output: Path,
+    reference: ConveyorReference,
+    *,
+    background: Path | None = None,
+    compensation_mm: float = 0.0,
+    plots: Path | None = None,
+) -> None:
+    """Measure every frame; the output appears whole or not at all.
+
+    Parameters
+    ----------
+    recording : Path
+        Folder with the pictures of one camera.
+    output : Path
+        File to write: CSV if its suffix is `.csv`, else JSON lines.
+    reference : ConveyorReference
+    background : Path, optional
+        Picture of the empty line; without it the recording's darkest frames are taken for empty.
+    compensation_mm : float
+        Added to every diameter.
+    plots : Path, optional
+        Folder for plots.
+
+    Raises
+    ------
+    CameraError
+        The recording is missing or cannot be read.
+    EmptyLineError
+        The background is missing or cannot be read, or differs in size.
+    PlotsMissingError
+        Plots are wanted and the plotting library is not installed.
+    ValueError
+        The compensation is not finite.
+    OSError
+        `output` cannot be written, or the folder of plots not made.
+    """
+    frames = PictureRecording(recording)
+    empty = darkest(frames) if background is None else background_of(background)
+    make = partial(ConveyorGauge, reference=reference, compensation_mm=compensation_mm)
+    gauge = TimedConveyorGauge(empty, str(background or recording), make)
+    drawing = ConveyorPlots(plots, gauge.barriers, reference.spacing_mm) if plots is not None else None
+    with whole_file(output) as file:
+        write = row_writer(output, file, COLUMNS)
+        for frame, picture in tqdm(frames, unit="frame", total=len(frames), disable=None):
+            reading, elapsed_ms = gauge.measure(picture)
+            write(row(frame, reading, elapsed_ms))
+            if drawing is not None:
+                drawing.add(frame, picture, reading)
+    if drawing is not None:
+        drawing.write()

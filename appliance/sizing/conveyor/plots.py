@@ -1,0 +1,105 @@
+"""Plots of the conveyor method along a recording: the source's four experiments frame by frame, and what is served."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from appliance.sizing.figures import DOTS_PER_INCH, figure_class, mark_frames
+from vision.readings import SizeReading
+from vision.reasons import Reason
+from vision.sizing.conveyor.barriers import Barriers
+from vision.sizing.conveyor.published_experiments import EXPERIMENTS, experiment
+
+PANELS = {"(a)": (1, 2), "(b)": (3, 4)}
+COUNTED = {1: "boundary, original", 2: "boundary, homographic", 3: "lines, original", 4: "lines, homographic"}
+SIDE_BY_SIDE = 0.3  # of a frame: between the bars of two experiments
+
+
+class ConveyorPlots:
+    """Collects frames and draws them when all are there.
+
+    Parameters
+    ----------
+    folder : Path
+        Made when it is missing.
+    barriers : Barriers or Reason
+        Of the empty line; without them nothing was measured, and only that is drawn.
+    spacing_mm : float
+        W.
+
+    Raises
+    ------
+    PlotsMissingError
+        Matplotlib is not installed.
+    OSError
+        The folder cannot be made.
+    """
+
+    def __init__(self, folder: Path, barriers: Barriers | Reason, spacing_mm: float) -> None:
+        self._new_figure = figure_class()
+        self._folder = folder
+        self._barriers = barriers
+        self._spacing_mm = spacing_mm
+        self._readings: list[tuple[int, SizeReading]] = []
+        self._counted: dict[int, list[tuple[int, float, float]]] = {number: [] for number in EXPERIMENTS}
+        folder.mkdir(parents=True, exist_ok=True)
+
+    def add(self, frame: int, picture: NDArray[np.uint8], reading: SizeReading) -> None:
+        """Take the next frame's reading, and size its picture in the source's four ways."""
+        self._readings.append((frame, reading))
+        if isinstance(self._barriers, Reason) or not reading.valid:
+            return
+        for number in EXPERIMENTS:
+            sized_mm = experiment(number, picture, self._barriers, self._spacing_mm)
+            if sized_mm.size:
+                self._counted[number].append((frame, float(sized_mm.mean()), float(sized_mm.std())))
+
+    def write(self) -> None:
+        """Draw `experiments.png` and `frames.png`."""
+        self._experiments()
+        self._frames()
+
+    def _experiments(self) -> None:
+        """Mean and deviation of each frame in the four experiments, like figure 3.22 of the source."""
+        figure = self._new_figure(figsize=(11, 5.5), layout="constrained")
+        for axes, (panel, numbers) in zip(figure.subplots(1, 2, sharey=True), PANELS.items(), strict=True):
+            for place, number in enumerate(numbers):
+                self._experiment(axes, number, (place - 0.5) * SIDE_BY_SIDE, f"C{place}")
+            self._served(axes)
+            axes.set(xlabel="frame", ylabel="diameter, mm", title=f"{panel} Experiment {numbers[0]}-{numbers[1]}")
+            axes.grid(alpha=0.3)
+            axes.legend(fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.13))  # clear of the frames
+        figure.savefig(self._folder / "experiments.png", dpi=DOTS_PER_INCH)
+
+    def _experiment(self, axes: Any, number: int, aside: float, colour: str) -> None:
+        if not self._counted[number]:
+            return
+        frame, mean_mm, sigma_mm = np.array(self._counted[number]).T
+        label = (
+            f"{number}: {COUNTED[number]}; l {mean_mm.mean():.1f}, RMSE {mean_mm.std():.2f}, "
+            f"mean sigma {sigma_mm.mean():.2f} mm"
+        )
+        axes.errorbar(frame + aside, mean_mm, yerr=sigma_mm, fmt="o", ms=3, capsize=2, color=colour, label=label)
+        axes.axhline(mean_mm.mean(), color=colour, linewidth=0.8, linestyle="--")
+
+    def _frames(self) -> None:
+        """Served diameter of each frame with its expanded uncertainty."""
+        figure = self._new_figure(figsize=(9, 4.5), layout="constrained")
+        axes = figure.subplots()
+        self._served(axes)
+        mark_frames(axes, [number for number, reading in self._readings if not reading.valid])
+        axes.set(xlabel="frame", ylabel="diameter, mm", title="Between barriers, frame by frame; red: no value")
+        axes.grid(alpha=0.3)
+        axes.legend(fontsize="small")
+        figure.savefig(self._folder / "frames.png", dpi=DOTS_PER_INCH)
+
+    def _served(self, axes: Any) -> None:
+        valid = [(frame, one) for frame, one in self._readings if one.valid]
+        axes.errorbar(
+            [frame for frame, _ in valid],
+            [one.diameter_mm for _, one in valid],
+            yerr=[one.expanded_uncertainty_mm for _, one in valid],
+            fmt="s", ms=3, capsize=2, color="black", label="served diameter ± U",
+        )  # fmt: skip

@@ -1,0 +1,31 @@
+"""One reading as a row of the file that `measure` writes."""
+
+import math
+from dataclasses import asdict
+
+from appliance.files.row_writer import Row, Value
+from appliance.sizing.trust import trust_percent
+from vision.readings import SizeReading
+
+READING_FIELDS = (
+    "diameter_mm", "expanded_uncertainty_mm", "diameter_virtual_board_mm", "weighted_deviation_mm", "trust",
+    "valid", "reasons", "windows_kept", "windows_total", "alignment_quality", "plane_height_mm",
+    "axis_height_mm", "u_edge_mm", "u_calibration_mm", "u_board_mm", "u_light_mm", "u_shape_mm", "u_model_mm",
+    "offset_mm", "method",
+)  # fmt: skip
+COLUMNS = ("frame", *READING_FIELDS, "elapsed_ms")
+
+
+def row(frame: int, reading: SizeReading, elapsed_ms: float) -> Row:
+    """One reading as it stands in the file; None where there is no value."""
+    found = asdict(reading) | {
+        "valid": reading.valid,
+        "trust": trust_percent(reading),
+        "reasons": reading.reasons.names,
+    }
+    values: Row = {name: _or_none(found[name]) for name in READING_FIELDS}
+    return {"frame": frame} | values | {"elapsed_ms": round(elapsed_ms, 3)}
+
+
+def _or_none(value: Value) -> Value:
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,1 @@
+"""Sizing with two calibrated cameras."""

@@ -1,0 +1,194 @@
+"""`hotgauge calibrate`: from a rig folder of board pictures to a rig and a report."""
+
+import json
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from appliance.cameras.recording.pairs import PICTURE_SUFFIXES, read_picture
+from appliance.cameras.source import CameraError
+from vision.calibration.acceptance import CalibrationError, Dropped
+from vision.calibration.checkerboard import Board
+from vision.calibration.corners import find_corners
+from vision.calibration.rig import SIDES, Rig
+from vision.calibration.stereo import Calibration, Pair, calibrate
+from vision.calibration.still_marks import NO_MARKS, Marks, find_marks
+from vision.geometry.camera import CAMERA_PARAMETERS
+
+REGISTRATION = ("low", "high")
+
+
+def calibrate_folder(
+    folder: Path,
+    board_overrides: Mapping[str, object] | None = None,
+    region_y_mm: tuple[float, float] = (-250.0, 250.0),
+    progress: Callable[[int, int], object] | None = None,
+) -> Calibration:
+    """Calibrate a rig from its pictures.
+
+    Parameters
+    ----------
+    folder : Path
+        With `calibration/left_00.png`, `right_00.png`, ... (any numbers, PNG or JPEG),
+        `registration/left_low.png`, `right_low.png`, `left_high.png`, `right_high.png` and `board.json`.
+        Without registration pictures the cameras are calibrated and the world frame is missing.
+    board_overrides : mapping of str to object, optional
+        Values that take the place of those in `board.json`, by key.
+    region_y_mm : tuple of float
+        Measuring region along the rolling direction.
+    progress : callable, optional
+        Called with the number of pictures done and of all pictures.
+
+    Returns
+    -------
+    Calibration
+
+    Raises
+    ------
+    CalibrationError
+        A folder or `board.json` missing or wrong, a picture unreadable or of another size, all named; or the
+        pictures do not allow a good calibration, with all reasons.
+    """
+    board = _read_board(folder / "board.json", board_overrides or {})
+    paths = _pictures(folder)
+    finder = _Finder(board)
+    pairs: dict[str, Pair] = {}
+    for done, (name, sides) in enumerate(paths.items(), 1):
+        left, right = (finder.corners(sides.get(side)) for side in SIDES)
+        pairs[name] = left, right
+        if progress is not None:
+            progress(done, len(paths))
+    missing: Pair = (None, None)
+    numbers = [int(name) for name in pairs if name not in REGISTRATION]
+    calibration = calibrate(
+        [pairs.get(f"{number:02d}", missing) for number in range(max(numbers, default=-1) + 1)],
+        pairs.get("low", missing),
+        pairs.get("high", missing),
+        board,
+        finder.image_size,
+        region_y_mm=region_y_mm,
+        dropped=finder.dropped,
+    )
+    left, right = (_marks(paths, pairs, side) for side in range(len(SIDES)))
+    return replace(calibration, rig=replace(calibration.rig, marks=(left, right)))
+
+
+def _marks(paths: Mapping[str, Mapping[str, Path]], pairs: Mapping[str, Pair], side: int) -> Marks:
+    """Still marks of one camera, when it saw the board at both heights."""
+    files = [paths.get(name, {}).get(SIDES[side]) for name in REGISTRATION]
+    low_px, high_px = (pairs.get(name, (None, None))[side] for name in REGISTRATION)
+    if files[0] is None or files[1] is None or low_px is None or high_px is None:
+        return NO_MARKS
+    return find_marks(read_picture(files[0]), read_picture(files[1]), (low_px, high_px))
+
+
+class _Finder:
+    """Finds corners picture by picture and remembers where there were none."""
+
+    def __init__(self, board: Board) -> None:
+        self._board = board
+        self._first: Path | None = None
+        self.image_size = (0, 0)
+        self.dropped: list[Dropped] = []
+
+    def corners(self, path: Path | None) -> np.ndarray | None:
+        if path is None:
+            return None
+        try:
+            picture = read_picture(path)
+        except CameraError as error:
+            raise CalibrationError([str(error)]) from error
+        self._check_size(path, (picture.shape[1], picture.shape[0]))
+        found = find_corners(picture, self._board)
+        if found.corners_px is None:
+            self.dropped.append(Dropped(path.stem, found.reason))
+        return found.corners_px
+
+    def _check_size(self, path: Path, size: tuple[int, int]) -> None:
+        if self._first is None:
+            self._first, self.image_size = path, size
+        if size != self.image_size:
+            was, now = (f"{columns} x {rows}" for columns, rows in (self.image_size, size))
+            sentence = f"{path}: {now} pixels where {self._first} has {was}; take all pictures with one size"
+            raise CalibrationError([sentence])
+
+
+def _read_board(path: Path, overrides: Mapping[str, object]) -> Board:
+    try:
+        values = json.loads(path.read_text(encoding="utf-8"))
+        return Board.from_json(json.dumps({**values, **overrides}))
+    except OSError as error:
+        raise CalibrationError([f"{path}: cannot be read ({error.strerror}); describe the board in it"]) from error
+    except (ValueError, TypeError) as error:
+        raise CalibrationError([f"{path}: {error}"]) from error
+
+
+def _pictures(folder: Path) -> dict[str, dict[str, Path]]:
+    """Picture files by pose ("00", "01", ..., "low", "high") and side."""
+    poses = _named(folder / "calibration", r"\d+")
+    if not poses:
+        sentence = f"{folder / 'calibration'}: no pictures left_00.png, right_00.png, ...; give the folder above it"
+        raise CalibrationError([sentence])
+    numbered = {f"{int(name):02d}": sides for name, sides in poses.items()}
+    return numbered | _named(folder / "registration", "|".join(REGISTRATION))
+
+
+def _named(folder: Path, names: str) -> dict[str, dict[str, Path]]:
+    found: dict[str, dict[str, Path]] = {}
+    for path in sorted(folder.iterdir()) if folder.is_dir() else ():
+        match = re.fullmatch(rf"(left|right)_({names})", path.stem)
+        if match is None or path.suffix.lower() not in PICTURE_SUFFIXES:
+            continue
+        sides = found.setdefault(match[2], {})
+        if match[1] in sides:
+            raise CalibrationError([f"{path}: a second picture {path.stem}; remove one of them"])
+        sides[match[1]] = path
+    return found
+
+
+def report_lines(calibration: Calibration) -> list[str]:
+    """Tell what a calibration stands on and how good it is, for the terminal.
+
+    Parameters
+    ----------
+    calibration : Calibration
+
+    Returns
+    -------
+    list of str
+    """
+    rig = calibration.rig
+    lines = [f"{'picture':<12} residual px"]
+    lines += [f"{picture.name:<12} {picture.residual_px:11.3f}" for picture in calibration.pictures]
+    lines += [f"{drop.name:<12} left out: {drop.reason}" for drop in calibration.dropped]
+    lines += ["", f"residual      {rig.residual_px:.3f} px, corner noise {calibration.noise_px:.3f} px"]
+    lines += [line for side, name in enumerate(SIDES) for line in _camera_lines(rig, side, name)]
+    baseline = f"{calibration.baseline_mm:.2f} mm, u = {calibration.baseline_u_mm:.2f} mm"
+    lines += [
+        f"baseline      {baseline} and {100.0 * rig.square_relative_u:.3f} % of every length for the board",
+        f"world frame   {_world(rig)}",
+        f"still marks   {' and '.join(str(len(marks.patch)) for marks in rig.marks)}, to notice a camera that moves",
+        *(f"warning       {warning}" for warning in calibration.warnings),
+        f"verdict       {'good' if not calibration.warnings else 'usable, see the warnings'}",
+    ]
+    return lines
+
+
+def _camera_lines(rig: Rig, side: int, name: str) -> list[str]:
+    camera = (rig.left, rig.right)[side]
+    u = np.sqrt(np.diag(rig.covariance))[15 * side :][:15]
+    k3 = CAMERA_PARAMETERS.index("k3")
+    lens = f"k1 = {camera.dist[0]:.4f}, k2 = {camera.dist[1]:.4f}"
+    lens += f", k3 = {camera.dist[4]:.4f}" if u[k3] > 0.0 else ", k3 = 0, since the pictures do not call for it"
+    focal = f"fx = {camera.K[0, 0]:.2f} px, u = {u[0]:.2f}; fy = {camera.K[1, 1]:.2f} px, u = {u[1]:.2f}"
+    return [f"{name + ' focal':<13} {focal}", f"{name + ' lens':<13} {lens}"]
+
+
+def _world(rig: Rig) -> str:
+    if not rig.has_world:
+        return "missing: no pictures of the low board"
+    left_mm, right_mm = rig.left.centre_mm[2], rig.right.centre_mm[2]
+    return f"from the low board at {rig.low_mm:g} mm; cameras {left_mm:.0f} and {right_mm:.0f} mm above the conveyor"

@@ -1,0 +1,154 @@
+"""`hotgauge fuse`: one picture out of a pair, aligned on the plane where the bar's outlines agree, and its metrics."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from appliance.cameras.recording.pairs import read_picture
+from appliance.sizing.stereo.rig_file import RigError, load_rig
+from vision.alignment.view_alignment import Alignment
+from vision.alignment.virtual_boards import VirtualBoards
+from vision.calibration.rig import Rig
+from vision.fusion.methods import MULTISCALE, Method, fuse
+from vision.fusion.metrics import METRICS
+from vision.fusion.multiscale import DEFAULT_SCALES, Approximation, Scales
+from vision.fusion.rules import Rule
+from vision.geometry.turned_region import whole_picture
+from vision.reasons import REASONS
+from vision.sizing.virtual_board.gauge import VirtualBoardGauge
+
+Picture = NDArray[np.uint8]
+SUFFIXES = (".png", ".jpg", ".jpeg")
+
+
+class FusionError(Exception):
+    """A pair cannot be fused; the message says why and what to do."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FusedPair:
+    """A fused picture beside what it was made of.
+
+    Attributes
+    ----------
+    picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+    left, right : ndarray of uint8, same shape
+        The views on the left camera's pixels, without its lens.
+    height_mm : float
+        Height of the plane on which they are aligned.
+    """
+
+    picture: Picture
+    left: Picture
+    right: Picture
+    height_mm: float
+
+
+def checked_scales(
+    method: Method, levels: int | None, rule: Rule | None, approximation: Approximation | None
+) -> Scales:
+    """Scales as the command line names them, None for what it does not.
+
+    Raises
+    ------
+    FusionError
+        The method has no scales, or they make no sense.
+    """
+    if (levels, rule, approximation) != (None, None, None) and method not in MULTISCALE:
+        raise FusionError(f"--method: {method} has neither levels nor rules; {', '.join(MULTISCALE)} have")
+    usual = DEFAULT_SCALES
+    try:
+        return Scales(
+            usual.levels if levels is None else levels, rule or usual.rule, approximation or usual.approximation
+        )
+    except ValueError as error:
+        raise FusionError(f"--{error}; levels count from 1") from error
+
+
+def fuse_files(
+    left: Path, right: Path, rig: Path, method: Method, *, scales: Scales = DEFAULT_SCALES, height_mm: float | None
+) -> FusedPair:
+    """Fuse the pictures of two files.
+
+    Parameters
+    ----------
+    left, right : Path
+        PNG or JPEG.
+    rig : Path
+        Calibration from `hotgauge calibrate`.
+    method : str
+        One of `METHODS`.
+    scales : Scales
+        For the methods that have any.
+    height_mm : float or None
+        Plane on which the views are aligned; None: where the outlines of the bar in them agree.
+
+    Raises
+    ------
+    CameraError
+        A picture cannot be read.
+    RigError
+        The rig cannot be read, has no world frame, or is for pictures of another size.
+    FusionError
+        One picture is grey and the other is not; no plane on which a bar's outlines agree.
+    """
+    calibrated = load_rig(rig)
+    if not calibrated.has_world:
+        raise RigError(f"{rig}: has no world frame; calibrate with the registration pictures of the low board")
+    pictures = read_picture(left), read_picture(right)
+    for picture, camera, path in zip(pictures, (calibrated.left, calibrated.right), (left, right), strict=True):
+        size = picture.shape[1], picture.shape[0]
+        if size != camera.image_size:
+            expected = f"{camera.image_size[0]} x {camera.image_size[1]}"
+            raise RigError(f"{rig}: made for pictures of {expected}, {path} is {size[0]} x {size[1]}; use its own rig")
+    if pictures[0].ndim != pictures[1].ndim:
+        raise FusionError(f"{right}: one picture is grey and the other in colour; give two of a kind")
+    return _fused(pictures, calibrated, method, scales, height_mm)
+
+
+def _fused(
+    pictures: tuple[Picture, Picture], rig: Rig, method: Method, scales: Scales, height_mm: float | None
+) -> FusedPair:
+    if height_mm is None:
+        height_mm = _height_of_bar(pictures, rig)
+    left, right = map(whole_picture, (rig.left, rig.right), pictures)
+    alignment = Alignment(rig, VirtualBoards.of_rig(rig), left, right, projective=True)
+    aligned = alignment.right_on_left(height_mm)
+    return FusedPair(fuse(left.picture, aligned, method, scales=scales), left.picture, aligned, height_mm)
+
+
+def _height_of_bar(pictures: tuple[Picture, Picture], rig: Rig) -> float:
+    # Sobel does: points move to the half level of light, wherever an edge detector sees them
+    reading = VirtualBoardGauge(rig, edges="sobel").measure(*pictures)
+    if not math.isfinite(reading.plane_height_mm):
+        text = "; ".join(row.text for row in REASONS if row.flag in reading.reasons)
+        raise FusionError(f"no plane on which the outlines of a bar agree: {text}; give one with --height")
+    return reading.plane_height_mm
+
+
+def metric_lines(pair: FusedPair) -> list[str]:
+    """Metrics of the fused picture beside those of both views, grey, as lines of a table."""
+    fused, left, right = map(_grey, (pair.picture, pair.left, pair.right))
+    lines = [f"{'':8}{'left':>10}{'right':>10}{'fused':>10}  better"]
+    for row in METRICS:
+        views = [f"{row.of_one(view):10.4f}" if row.of_one else f"{'-':>10}" for view in (left, right)]
+        better = "larger" if row.larger_is_better else "smaller"
+        lines.append(f"{row.symbol:8}{''.join(views)}{row.measure(fused, left, right):10.4f}  {better:8} {row.text}")
+    return lines
+
+
+def write_picture(path: Path, picture: Picture) -> None:
+    """Write a picture as PNG or JPEG, by suffix; raises `OSError`, and `FusionError` for another suffix."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise FusionError(f"{path}: is neither PNG nor JPEG; let its name end in {', '.join(SUFFIXES)}")
+    _, data = cv2.imencode(path.suffix.lower(), picture)
+    path.write_bytes(data.tobytes())
+
+
+def _grey(picture: Picture) -> Picture:
+    grey = picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
+    return np.asarray(grey, dtype=np.uint8)

@@ -1,0 +1,101 @@
+"""The gauge as the appliance uses it: with the clock that it must not have, and a sentence for a wrong rig."""
+
+import time
+from collections.abc import Callable
+from typing import Generic, Protocol, TypeVar
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from appliance.sizing.stereo.rig_file import RigError
+from vision.calibration.rig import Rig
+from vision.geometry.camera import Camera
+from vision.sizing.limits import SIDES
+from vision.sizing.region_grid import PLANE_HEIGHT_MM
+from vision.sizing.tangent.tangent_planes import TangentPlane
+
+Picture = NDArray[np.uint8]
+Reading_co = TypeVar("Reading_co", covariant=True)
+
+DRAWN_MM = 150.0  # diameter of the bar that warms up
+
+
+class Measures(Protocol[Reading_co]):
+    """What measures a pair of pictures."""
+
+    def measure(self, left: Picture, right: Picture) -> Reading_co:
+        """Reading of one pair."""
+        ...
+
+
+class TimedGauge(Generic[Reading_co]):
+    """A gauge that takes its own time and refuses pictures that its rig is not for.
+
+    Parameters
+    ----------
+    rig : Rig
+    name : str
+        Where the rig comes from, for the sentence that refuses.
+    make : callable
+        Makes the gauge from the rig.
+
+    Raises
+    ------
+    RigError
+        No diameter can be measured with this rig.
+    """
+
+    def __init__(self, rig: Rig, name: str, make: Callable[[Rig], Measures[Reading_co]]) -> None:
+        self._rig = rig
+        self._name = name
+        self._make = make
+        try:
+            self._gauge = make(rig)
+        except ValueError as error:
+            raise RigError(f"{name}: {error}; calibrate again") from error
+
+    def warm_up(self) -> None:
+        """Compile and load all that measuring needs, on a drawn bar, so that the first picture does not wait for it."""
+        self._make(self._rig).measure(*(_drawn_bar(camera) for camera in (self._rig.left, self._rig.right)))
+
+    def measure(self, left: Picture, right: Picture) -> tuple[Reading_co, float]:
+        """Reading of one pair, and the milliseconds that it took.
+
+        Parameters
+        ----------
+        left, right : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+
+        Raises
+        ------
+        RigError
+            The pictures do not have the size that the rig was calibrated with.
+        """
+        self._check_size("left", self._rig.left.image_size, left)
+        self._check_size("right", self._rig.right.image_size, right)
+        started_s = time.perf_counter()
+        reading = self._gauge.measure(left, right)
+        return reading, 1000 * (time.perf_counter() - started_s)
+
+    def _check_size(self, side: str, calibrated: tuple[int, int], picture: Picture) -> None:
+        size = picture.shape[1], picture.shape[0]
+        if size != calibrated:
+            raise RigError(
+                f"{self._name}: made for {side} pictures of {calibrated[0]} x {calibrated[1]}, these are "
+                f"{size[0]} x {size[1]}; use the rig that belongs to these cameras"
+            )
+
+
+def _drawn_bar(camera: Camera) -> Picture:
+    """Grey picture of nothing but a bar on the rollers, as one camera would see it."""
+    cylinder = np.array([0.0, DRAWN_MM / 2, 0.0, 0.0, DRAWN_MM / 2])
+    y_mm = np.linspace(-400.0, 400.0, 50)
+    outline: list[NDArray[np.float64]] = []
+    for side in SIDES:
+        line = TangentPlane.touching(camera.centre_mm, cylinder, side).line
+        points = np.column_stack([line[0] * y_mm + line[1], y_mm, np.full(y_mm.size, PLANE_HEIGHT_MM)])
+        outline.append(camera.project(points)[::side])
+    columns, rows = camera.image_size
+    picture = np.full((rows, columns), 8, np.uint8)
+    cv2.fillPoly(picture, [np.rint(np.nan_to_num(np.concatenate(outline))).astype(np.int32)], (160,))
+    return np.asarray(cv2.GaussianBlur(picture, (0, 0), 1.0), np.uint8)

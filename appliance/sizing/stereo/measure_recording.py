@@ -1,0 +1,82 @@
+"""Measures a recording frame by frame and writes what it found as JSON lines or CSV."""
+
+import contextlib
+from functools import partial
+from pathlib import Path
+from typing import Literal
+
+from tqdm import tqdm
+
+from appliance.cameras.recording.pairs import Recording
+from appliance.files.atomic_file import whole_file
+from appliance.files.row_writer import row_writer
+from appliance.sizing.reading_rows import COLUMNS, row
+from appliance.sizing.stereo.gauge import TimedGauge
+from appliance.sizing.stereo.plots import Plots
+from appliance.sizing.stereo.rig_file import load_rig
+from vision.edges.operators import EdgeMethod
+from vision.readings import SizeReading
+from vision.sizing.gauge import Gauge
+from vision.sizing.virtual_board.gauge import Fusion, VirtualBoardGauge
+from vision.sizing.virtual_board.reading import VirtualBoardReading
+
+Method = Literal["tangent", "virtual-board"]
+
+
+def measure_recording(
+    recording: Path,
+    rig: Path,
+    output: Path,
+    *,
+    method: Method = "tangent",
+    edges: EdgeMethod = "forest",
+    fusion: Fusion = "none",
+    plots: Path | None = None,
+) -> None:
+    """Measure every frame of a recording; the output appears whole or not at all.
+
+    Parameters
+    ----------
+    recording : Path
+        Folder of a recording.
+    rig : Path
+        Calibration from `hotgauge calibrate`.
+    output : Path
+        File to write: CSV if its suffix is `.csv`, else JSON lines.
+    method : {"tangent", "virtual-board"}
+        Route that gives the diameter; the first is judged by the second, the second stands alone.
+    edges : str
+        Edge detector of route V alone, one of `EDGE_METHODS`.
+    fusion : str
+        How route V alone makes one picture out of both views, one of `FUSIONS`.
+    plots : Path, optional
+        Folder for plots of route V alone.
+
+    Raises
+    ------
+    CameraError
+        The recording is missing or a picture cannot be read.
+    RigError
+        The rig is missing, malformed, or for pictures of another size.
+    PlotsMissingError
+        Plots are wanted and the plotting library is not installed.
+    OSError
+        `output` cannot be written, or the folder of plots not made.
+    """
+    drawing = Plots(plots) if plots is not None else None
+    gauge: TimedGauge[SizeReading | VirtualBoardReading] = TimedGauge(
+        load_rig(rig),
+        str(rig),
+        Gauge if method == "tangent" else partial(VirtualBoardGauge, edges=edges, fusion=fusion),
+    )
+    with contextlib.closing(Recording(recording)) as frames, whole_file(output) as file:
+        write = row_writer(output, file, COLUMNS)
+        for frame, left, right in tqdm(frames, unit="frame", disable=None):
+            reading, elapsed_ms = gauge.measure(left, right)
+            if isinstance(reading, VirtualBoardReading):
+                if drawing is not None:
+                    drawing.add(frame, reading)
+                reading = reading.size_reading()
+            write(row(frame, reading, elapsed_ms))
+    if drawing is not None:
+        drawing.write()

@@ -1,0 +1,1 @@
+"""Alignment of the right view to the left one by virtual boards."""

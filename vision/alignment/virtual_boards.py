@@ -1,0 +1,121 @@
+"""Virtual boards: the checkerboard at a height where nobody put it, from a low and a high one.
+
+Corners are kept as ideal points (x/z, y/z) of each camera, without the lens' distortion: there, and only there, a
+straight line in space is a straight line in the picture.
+"""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.calibration.rig import Rig
+from vision.geometry.camera import Camera
+
+Array = NDArray[np.float64]
+
+STAND_IN_MM = np.stack(np.meshgrid(np.linspace(-150.0, 150.0, 7), np.linspace(-75.0, 75.0, 4)), axis=-1).reshape(-1, 2)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BoardPair:
+    """The low and the high board as one camera sees them, n corners.
+
+    Attributes
+    ----------
+    low, high : ndarray of float64, shape (n, 2)
+        Ideal points (x/z, y/z).
+    low_depth_mm, high_depth_mm : ndarray of float64, shape (n,)
+        Distance of the corners along the camera's axis.
+    """
+
+    low: Array
+    high: Array
+    low_depth_mm: Array
+    high_depth_mm: Array
+
+    def at(self, share: float, *, projective: bool) -> Array:
+        """Ideal points of the corners `share` of the way from the low to the high board, shape (n, 2)."""
+        low_weight, high_weight = np.full(len(self.low), 1.0 - share), np.full(len(self.low), share)
+        if projective:
+            low_weight, high_weight = low_weight * self.low_depth_mm, high_weight * self.high_depth_mm
+        mixed = low_weight[:, None] * self.low + high_weight[:, None] * self.high
+        return mixed / (low_weight + high_weight)[:, None]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class VirtualBoards:
+    """Checkerboards at any height, as both cameras would see them.
+
+    Attributes
+    ----------
+    left, right : BoardPair
+    low_mm, high_mm : float
+        Heights of the two real boards.
+    """
+
+    left: BoardPair
+    right: BoardPair
+    low_mm: float
+    high_mm: float
+
+    @classmethod
+    def of_rig(cls, rig: Rig) -> Self:
+        """Boards of a rig's registration pictures.
+
+        Where a registration picture is missing, corners at the same two heights are projected by the rig's cameras
+        instead, for both views, so that every calibrated rig has virtual boards.
+
+        Parameters
+        ----------
+        rig : Rig
+        """
+        names = ("left_low", "right_low", "left_high", "right_high")
+        counts = {len(rig.boards.get(name, ())) for name in names}
+        seen = rig.boards if len(counts) == 1 and counts != {0} else _projected(rig)
+        left, right = (
+            _pair(camera, seen[f"{side}_low"], seen[f"{side}_high"], rig)
+            for side, camera in (("left", rig.left), ("right", rig.right))
+        )
+        return cls(left, right, rig.low_mm, rig.high_mm)
+
+    def corners(self, height_mm: float, *, projective: bool = True) -> tuple[Array, Array]:
+        """Corners of the virtual board at a height, interpolated or extrapolated.
+
+        Parameters
+        ----------
+        height_mm : float
+            Over the conveyor plane.
+        projective : bool
+            True: a corner that is raised evenly moves through the picture by the cross ratio of its heights,
+            p = ((1 - s) d_low p_low + s d_high p_high) / ((1 - s) d_low + s d_high), d the depths of the two real
+            corners and s = (h - h_low) / (h_high - h_low). False: eq. 4.2 with lambda = s / (1 - s), which leaves
+            the depths out and so puts the corner at another height than the one asked for.
+
+        Returns
+        -------
+        tuple of two ndarray of float64, shape (n, 2)
+            Ideal points (x/z, y/z) of the left and of the right camera, corner by corner.
+        """
+        share = (height_mm - self.low_mm) / (self.high_mm - self.low_mm)
+        return self.left.at(share, projective=projective), self.right.at(share, projective=projective)
+
+
+def _projected(rig: Rig) -> dict[str, Array]:
+    return {
+        f"{side}_{name}": camera.project(np.column_stack([STAND_IN_MM, np.full(len(STAND_IN_MM), height_mm)]))
+        for side, camera in (("left", rig.left), ("right", rig.right))
+        for name, height_mm in (("low", rig.low_mm), ("high", rig.high_mm))
+    }
+
+
+def _pair(camera: Camera, low_px: Array, high_px: Array, rig: Rig) -> BoardPair:
+    low, high = camera.undistort(low_px), camera.undistort(high_px)
+    return BoardPair(low, high, _depth_mm(camera, low, rig.low_mm), _depth_mm(camera, high, rig.high_mm))
+
+
+def _depth_mm(camera: Camera, ideal: Array, height_mm: float) -> Array:
+    """Distance along the camera's axis at which rays meet the plane z = height."""
+    rise = np.column_stack([ideal, np.ones(len(ideal))]) @ camera.R[:, 2]
+    return (height_mm - camera.centre_mm[2]) / rise

@@ -1,0 +1,149 @@
+"""Whether a calibration is good enough to measure with, and why not."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from vision.calibration.initial_guess import HIGH, LOW, SIDES, Pose, View
+from vision.calibration.rig import Rig
+
+PAIRS_MIN = 6
+
+
+class Dropped(NamedTuple):
+    """A picture that the calibration does not stand on."""
+
+    name: str
+    reason: str
+
+
+class CalibrationError(Exception):
+    """The pictures do not allow a calibration that can be trusted.
+
+    Attributes
+    ----------
+    reasons : tuple of str
+        Everything that is wrong, a sentence each.
+    dropped : tuple of Dropped
+        Pictures that could not be used, and why.
+    """
+
+    def __init__(self, reasons: Sequence[str], dropped: Sequence[Dropped] = ()) -> None:
+        left_out = "".join(f"; left out: {drop.name} ({drop.reason})" for drop in dropped)
+        super().__init__("calibration refused: " + "; ".join(reasons) + left_out)
+        self.reasons = tuple(reasons)
+        self.dropped = tuple(dropped)
+
+
+class Limit(NamedTuple):
+    """A quantity of a calibration, from where it is doubtful, and from where it is refused."""
+
+    value: float
+    doubtful: float
+    refused: float
+    text: str
+
+    @property
+    def broken(self) -> bool:
+        """Whether the calibration is refused for it; NaN is."""
+        return not self.value <= self.refused
+
+    @property
+    def close(self) -> bool:
+        """Whether it deserves a warning."""
+        return self.doubtful < self.value <= self.refused
+
+
+def check_pairs(views: Sequence[View], dropped: Sequence[Dropped]) -> None:
+    """Raise `CalibrationError` when too few boards were seen by both cameras, or a given low board is unusable."""
+    reasons: list[str] = []
+    left, right = ({view.board for view in views if view.side == side} for side in (0, 1))
+    pairs = len(left & right)
+    if pairs < PAIRS_MIN:
+        reasons.append(
+            f"{pairs} boards are usable in both pictures where {PAIRS_MIN} are needed: take more pairs of pictures"
+        )
+    if LOW not in left | right and any(LOW in drop.name for drop in dropped):
+        reasons.append("no picture of the low board is usable, and it defines the world frame: take it again")
+    if reasons:
+        raise CalibrationError(reasons, dropped)
+
+
+def limits(rig: Rig, views: Sequence[View], boards: Sequence[Pose]) -> list[Limit]:
+    """Everything that is judged on a finished calibration.
+
+    Parameters
+    ----------
+    rig : Rig
+    views : sequence of View
+        The pictures that it stands on.
+    boards : sequence of Pose
+        Their boards in the world frame.
+
+    Returns
+    -------
+    list of Limit
+    """
+    found = [
+        Limit(
+            rig.residual_px,
+            0.2,
+            0.5,
+            f"residual {rig.residual_px:.3f} px: blurred or moving board, or a board.json of another board",
+        ),
+        _tilt(boards),
+        _baseline(rig, boards),
+        _order(rig),
+    ]
+    for side, camera in enumerate((rig.left, rig.right)):
+        covered = _covered(np.concatenate([v.corners_px for v in views if v.side == side]), camera.image_size)
+        text = f"the boards cover {100.0 * covered:.0f} % of the {SIDES[side]} picture: show them in its corners too"
+        found.append(Limit(-covered, -0.3, -0.1, text))
+        relative_u = float(np.sqrt(rig.covariance[15 * side, 15 * side]) / camera.K[0, 0])
+        text = f"the {SIDES[side]} focal length is known to {100.0 * relative_u:.2f} % only: more boards, more tilt"
+        found.append(Limit(relative_u, 0.005, 0.02, text))
+    return found
+
+
+def check_height(measured_mm: float, u_mm: float, expected_mm: float) -> None:
+    """Raise `CalibrationError` when the high board is not where `board.json` says.
+
+    Parameters
+    ----------
+    measured_mm : float
+        Its height over z = 0 as the pictures have it.
+    u_mm : float
+        Standard uncertainty of the difference.
+    expected_mm : float
+    """
+    if abs(measured_mm - expected_mm) > 4.0 * u_mm:
+        found = f"{measured_mm:.2f} mm (u = {u_mm:.2f} mm) where board.json says {expected_mm:g} mm"
+        advice = f"check square_mm, low_mm and high_mm, and that the pictures {LOW} and {HIGH} are not swapped"
+        raise CalibrationError([f"the high board appears at {found}: {advice}"])
+
+
+def _tilt(boards: Sequence[Pose]) -> Limit:
+    normals = np.array([pose.R[:, 2] for pose in boards])
+    degrees = float(np.degrees(np.arccos(np.clip((normals @ normals.T).min(), -1.0, 1.0))))
+    return Limit(-degrees, -25.0, -10.0, f"the boards' tilts differ by {degrees:.0f} degrees only: tilt them more")
+
+
+def _baseline(rig: Rig, boards: Sequence[Pose]) -> Limit:
+    distance_mm = float(np.median([np.linalg.norm(pose.t - rig.left.centre_mm) for pose in boards]))
+    ratio = rig.baseline_mm / distance_mm
+    text = f"the cameras stand {rig.baseline_mm:.0f} mm apart, {distance_mm:.0f} mm from the boards: move them apart"
+    return Limit(-ratio, -0.15, -0.05, text)
+
+
+def _order(rig: Rig) -> Limit:
+    to_right = rig.left.R @ (rig.right.centre_mm - rig.left.centre_mm)
+    text = "the pictures named left come from the camera on the right: left and right are swapped"
+    return Limit(-float(to_right[0]) / rig.baseline_mm, 1.0, 0.5, text)
+
+
+def _covered(corners_px: np.ndarray, image_size: tuple[int, int]) -> float:
+    """Part of the picture inside the convex hull of all corners."""
+    hull = cv2.convexHull(corners_px.astype(np.float32))
+    return float(cv2.contourArea(hull)) / (image_size[0] * image_size[1])

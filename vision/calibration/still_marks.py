@@ -1,0 +1,204 @@
+"""Still marks around the line: strong corners that both registration pictures show at one place.
+
+Where they stand in a later picture tells whether the camera has moved since its calibration, which edges of the bar
+cannot tell. A mark that the bar hides or lights anew is not found again and does not count.
+"""
+
+import base64
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.calibration.json_fields import Fields
+
+Array = NDArray[np.float64]
+Picture = NDArray[np.uint8]
+
+MOST = 20
+HALF_PX = 15  # of a mark's patch
+SIDE_PX = 2 * HALF_PX + 1
+SMOOTH_PX = 1.5  # noise of dark pictures is most of what they show
+SEARCH_PX = 8  # how far a mark is searched around its place
+FAR_PX = 128  # and how far when too few marks are found there, in pictures of half the size
+STILL_PX = 0.3  # between both registration pictures
+ALIKE = 0.7  # least correlation of a patch with the picture
+BOARD_MARGIN = 1.5  # times the board's corners' hull, around its middle: the sheet and its shadow
+LEAST = 6  # marks, to speak of a move
+NOISES = 3.0  # standard deviations of a motion that noise alone gives
+FOUND_PX = 0.5  # from the fitted motion: marks further off are something else
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Marks:
+    """Marks of one camera, n of them.
+
+    Attributes
+    ----------
+    place_px : ndarray of int64, shape (n, 2)
+        (x, y) of the middle pixels of the patches.
+    patch : ndarray of float32, shape (n, 31, 31)
+        Grey picture around them at calibration.
+    """
+
+    place_px: NDArray[np.int64]
+    patch: NDArray[np.float32]
+
+    def to_values(self) -> dict[str, object]:
+        """Write them as JSON values: the patches as half-precision numbers in base 64."""
+        return {
+            "place_px": self.place_px.tolist(),
+            "patch": base64.b64encode(self.patch.astype("<f2").tobytes()).decode("ascii"),
+        }
+
+    @classmethod
+    def from_fields(cls, fields: Fields) -> "Marks":
+        """Read what `to_values` wrote; `ValueError` names the key."""
+        place = fields.array("place_px", (None, 2)).astype(np.int64)
+        try:
+            patch = np.frombuffer(base64.b64decode(str(fields.value("patch")), validate=True), "<f2")
+            return cls(place, patch.astype(np.float32).reshape(len(place), SIDE_PX, SIDE_PX))
+        except ValueError:
+            fields.refuse("patch", f"this is not a patch of {SIDE_PX} x {SIDE_PX} pixels for every mark")
+
+    def moved_px(self, picture: Picture) -> float:
+        """How far the picture has moved since the calibration.
+
+        A shift and a turn are fitted robustly to the marks that are found again.
+
+        Parameters
+        ----------
+        picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+
+        Returns
+        -------
+        float
+            Root mean square of the fitted motion over the marks, pixels, less what noise alone would give; NaN when too
+            few marks agree on one.
+        """
+        near_px = _moved_within(self, picture, SEARCH_PX)
+        if np.isfinite(near_px) or len(self.patch) < LEAST:
+            return near_px
+        grey = _grey(picture)
+        half = cv2.resize(grey, (grey.shape[1] // 2, grey.shape[0] // 2), interpolation=cv2.INTER_AREA)
+        return 2 * _moved_within(self._halved(), np.asarray(half, np.float32), FAR_PX // 2)
+
+    def _halved(self) -> "Marks":
+        """Marks for pictures of half the size, each of whose pixels is four."""
+        size = SIDE_PX // 2
+        begins = 1 - self.place_px % 2
+        patch = [
+            cv2.resize(one[y : y + 2 * size, x : x + 2 * size], (size, size), interpolation=cv2.INTER_AREA)
+            for one, (x, y) in zip(self.patch, begins, strict=True)
+        ]
+        return Marks(self.place_px // 2, np.array(patch, np.float32))
+
+
+NO_MARKS = Marks(np.empty((0, 2), np.int64), np.empty((0, SIDE_PX, SIDE_PX), np.float32))
+
+
+def find_marks(low: Picture, high: Picture, boards_px: tuple[Array, Array]) -> Marks:
+    """Marks of one camera from its two registration pictures.
+
+    Parameters
+    ----------
+    low, high : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        Pictures of the board at both heights.
+    boards_px : tuple of ndarray of float64, shape (corners, 2)
+        The board's corners in each, (x, y): nothing there stands still.
+
+    Returns
+    -------
+    Marks
+        At most `MOST`, the strongest.
+    """
+    grey = _grey(low)
+    free = np.full(grey.shape, 255, np.uint8)
+    border = HALF_PX + SEARCH_PX + 1
+    free[:border], free[-border:], free[:, :border], free[:, -border:] = 0, 0, 0, 0
+    for corners in boards_px:
+        middle = corners.mean(axis=0)
+        hull = cv2.convexHull((middle + BOARD_MARGIN * (corners - middle)).astype(np.float32))
+        cv2.fillConvexPoly(free, np.rint(hull).astype(np.int32), 0)
+    corners = cv2.goodFeaturesToTrack(grey, 4 * MOST, 0.005, float(HALF_PX), mask=free)
+    if corners is None:
+        return NO_MARKS
+    place = np.rint(np.asarray(corners).reshape(-1, 2)).astype(np.int64)
+    patch = np.array([_around(grey, at, HALF_PX) for at in place])
+    shifts = [_shift_px(one, high, at) for one, at in zip(patch, place, strict=True)]
+    still = [shift is not None and bool(np.hypot(*shift) < STILL_PX) for shift in shifts]
+    return Marks(place[still][:MOST], patch[still][:MOST])
+
+
+def _grey(picture: Picture) -> NDArray[np.float32]:
+    """Grey picture without most of its noise."""
+    grey = picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
+    return np.asarray(cv2.GaussianBlur(grey.astype(np.float32), (0, 0), SMOOTH_PX), np.float32)
+
+
+def _around(picture: NDArray[Any], place: NDArray[np.int64], half: int) -> NDArray[Any]:
+    """What a square around a place shows, less where it leaves the picture."""
+    (left, top), (right, bottom) = np.maximum(place - half, 0), np.maximum(place + half + 1, 0)
+    return picture[top:bottom, left:right]
+
+
+def _moved_within(marks: Marks, picture: Picture | NDArray[np.float32], search_px: int) -> float:
+    found = [
+        _shift_px(patch, picture, place, search_px) for patch, place in zip(marks.patch, marks.place_px, strict=True)
+    ]
+    seen = [shift is not None for shift in found]
+    if sum(seen) < LEAST:
+        return np.nan
+    place = marks.place_px[seen].astype(np.float64)
+    return _motion_px(place - place.mean(axis=0), np.array([shift for shift in found if shift is not None]))
+
+
+def _shift_px(
+    patch: NDArray[np.float32],
+    picture: Picture | NDArray[np.float32],
+    place: NDArray[np.int64],
+    search_px: int = SEARCH_PX,
+) -> Array | None:
+    """How far a patch has moved, (x, y); None when it is not found again."""
+    half_px = len(patch) // 2
+    part = _around(picture, place, half_px + search_px)
+    if min(part.shape[:2]) <= len(patch) + 1:  # at the border of the picture, or beyond it
+        return None
+    around = part if part.dtype == np.float32 else _grey(np.ascontiguousarray(part))  # without noise already
+    alike = cv2.matchTemplate(around, patch, cv2.TM_CCOEFF_NORMED)
+    _, best, _, (column, row) = cv2.minMaxLoc(alike)
+    rows, columns = alike.shape
+    if not (ALIKE <= best <= 1.001 and 0 < column < columns - 1 and 0 < row < rows - 1):
+        return None
+    across, down = alike[row, column - 1 : column + 2], alike[row - 1 : row + 2, column]
+    begins = np.minimum(place - half_px, search_px)  # of the search, before the patch's own place
+    return np.array([column + _peak(across), row + _peak(down)]) - begins
+
+
+def _peak(three: NDArray[Any]) -> float:
+    """Where the parabola through three values has its top, from the middle one."""
+    left, middle, right = (float(value) for value in three)
+    return 0.5 * (left - right) / min(left - 2 * middle + right, -1e-9)
+
+
+def _motion_px(place: Array, shift: Array) -> float:
+    """Root mean square of the shift and turn that most marks agree on; NaN when they do not."""
+    x, y = place.T
+    none, one = np.zeros_like(x), np.ones_like(x)
+    design = np.concatenate([np.column_stack([one, none, -y]), np.column_stack([none, one, x])])
+    motion = np.array([*np.median(shift, axis=0), 0.0])
+    agrees = np.ones(len(x), bool)
+    for _ in range(4):
+        off = np.hypot(*(shift.T.ravel() - design @ motion).reshape(2, -1))
+        agrees = off <= max(FOUND_PX, float(np.median(off)))
+        both = np.tile(agrees, 2)
+        motion = np.linalg.lstsq(design[both], shift.T.ravel()[both], rcond=None)[0]
+    off = (shift.T.ravel() - design @ motion).reshape(2, -1)[:, agrees]
+    if np.count_nonzero(np.hypot(*off) <= FOUND_PX) < max(LEAST, len(x) // 2):
+        return np.nan
+    moved = np.mean(np.sum((design @ motion).reshape(2, -1)[:, agrees] ** 2, axis=0))
+    # three fitted numbers bring the noise of three coordinates, over the number of marks
+    by_noise = 3 * np.sum(off**2) / max(2 * agrees.sum() - 3, 1) / agrees.sum()
+    return float(np.sqrt(max(moved - NOISES**2 * by_noise, 0.0)))

@@ -1,0 +1,1 @@
+"""Cameras, lenses, homographies, straight lines, the turned region."""

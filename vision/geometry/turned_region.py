@@ -1,0 +1,280 @@
+"""The measuring region as both routes' rows want it: undistorted, mapped to a plane, turned.
+
+Bars run obliquely through real pictures, and eq. 3.14, which compares two points of one row, is a diameter only where
+rows cross the bar at a right angle. A turned region is therefore sampled on the horizontal plane
+z = `PLANE_HEIGHT_MM` with rows along the bar's section and columns along its axis. `picture_region` is the source's
+own way, rows of the undistorted picture, kept to show what the turn is worth.
+"""
+
+from collections import OrderedDict
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from vision.geometry.camera import Camera
+
+Array = NDArray[np.float64]
+Picture = NDArray[np.uint8]
+Maps = tuple[NDArray[np.int16], NDArray[np.uint16]]
+
+PLANE_HEIGHT_MM = 100.0  # between the axis heights of the smallest and of the largest bar
+TURN_STEP = 0.0025  # rad; half a step turns a width of 300 mm by less than 0.001 mm
+COLUMN_BLOCK = 64  # columns are asked for in whole blocks, so that a bar that moves a little finds its map again
+KEPT_MAPS = 4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Region:
+    """One view, resampled.
+
+    Attributes
+    ----------
+    picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        0 where the camera sees nothing.
+    to_ideal : ndarray of float64, shape (3, 3)
+        Homography from (column, row) to the camera's ideal points (x/z, y/z).
+    from_world : ndarray of float64, shape (2, 3)
+        For a turned region, column and row of (x, y, 1), a point of the plane, mm; NaN for rows of the picture.
+    raw : ndarray of uint8
+        The picture that was resampled.
+    camera : Camera
+    """
+
+    picture: Picture
+    to_ideal: Array
+    from_world: Array
+    raw: Picture
+    camera: Camera
+
+    def light(self, rows: NDArray[np.int64], columns: Array, channel: int, decode: NDArray[np.float32]) -> Array:
+        """Linear light of the raw picture at places of the region, bilinear between raw pixels.
+
+        Code values that were mixed first and decoded afterwards are too dark at an edge, which then lies about
+        0.05 px inwards; so edges are located on this and not on `picture`.
+
+        Parameters
+        ----------
+        rows : ndarray of int64, shape (n,)
+        columns : ndarray of float64, shape (n, m)
+            Columns of m places in each of those rows of the region.
+        channel : int
+            0 for grey pictures.
+        decode : ndarray of float32, shape (256,)
+            Light of every code value.
+
+        Returns
+        -------
+        ndarray of float64, shape (n, m)
+            NaN outside the raw picture.
+        """
+        raw = self.raw.reshape(*self.raw.shape[:2], -1)
+        light = np.empty(columns.shape)
+        _fill_light(self.to_ideal, self.camera.dist, self.camera.K, rows, columns, raw, channel, decode, light)
+        return light
+
+    def seen_on(self, other: "Region", to_other: Array) -> Picture:
+        """Raw picture resampled on another region's pixels, and that region's own where this camera sees nothing.
+
+        Parameters
+        ----------
+        other : Region
+        to_other : ndarray of float64, shape (3, 3)
+            Homography from this region's (column, row) to the other's.
+
+        Returns
+        -------
+        ndarray of uint8, shape of `other.picture`
+        """
+        to_ideal = self.to_ideal @ np.linalg.inv(to_other)
+        # a homography is known up to its sign; the depths that it gives must be positive
+        middle = np.array([other.picture.shape[1] / 2, other.picture.shape[0] / 2, 1.0])
+        to_ideal *= np.sign(to_ideal[2] @ middle)
+        maps = fixed_point_map(self.camera, to_ideal, other.picture.shape[:2], _farthest(self.camera))
+        aligned = other.picture.copy()
+        cv2.remap(self.raw, *maps, cv2.INTER_LINEAR, dst=aligned, borderMode=cv2.BORDER_TRANSPARENT)
+        return aligned
+
+
+class RegionSampler:
+    """Samples turned regions of one camera's pictures.
+
+    Parameters
+    ----------
+    camera : Camera
+    region_y_mm : tuple of float
+        Measuring region along the rolling direction.
+    step_mm : float
+        Size of a pixel of the region.
+    """
+
+    def __init__(self, camera: Camera, region_y_mm: tuple[float, float], step_mm: float) -> None:
+        self._camera = camera
+        self._first_mm = region_y_mm[0]
+        self._step_mm = step_mm
+        self._rows = max(2, round((region_y_mm[1] - region_y_mm[0]) / step_mm) + 1)
+        self._radius = _farthest(camera)
+        self._maps: OrderedDict[tuple[int, int, int], Maps] = OrderedDict()
+
+    def turned(self, image: Picture, slope: float, across_mm: tuple[float, float]) -> Region:
+        """Region whose rows cross a bar at a right angle.
+
+        Parameters
+        ----------
+        image : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        slope : float
+            dx/dy of the bar.
+        across_mm : tuple of float
+            What the region must hold across the bar, measured from the line along the bar through the origin.
+        """
+        turn = round(np.arctan(slope) / TURN_STEP)
+        block_mm = COLUMN_BLOCK * self._step_mm
+        first, last = int(np.floor(across_mm[0] / block_mm)), int(np.ceil(across_mm[1] / block_mm))
+        to_world = self._to_world(turn * TURN_STEP, first * block_mm)
+        R, t = self._camera.R, self._camera.t
+        to_ideal = np.column_stack([R[:, 0], R[:, 1], R[:, 2] * PLANE_HEIGHT_MM + t]) @ to_world
+        columns = (max(last, first + 1) - first) * COLUMN_BLOCK
+        maps = self._map((turn, first, columns), to_ideal)
+        return Region(
+            _remapped(image, maps),
+            to_ideal,
+            np.asarray(np.linalg.inv(to_world), dtype=np.float64)[:2],
+            image,
+            self._camera,
+        )
+
+    def _to_world(self, turn: float, first_mm: float) -> Array:
+        """Homography from (column, row) to (x, y), mm, on the plane."""
+        c, s, step = np.cos(turn), np.sin(turn), self._step_mm
+        turned = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+        return turned @ np.array([[step, 0.0, first_mm], [0.0, step, self._first_mm], [0.0, 0.0, 1.0]])
+
+    def _map(self, key: tuple[int, int, int], to_ideal: Array) -> Maps:
+        if key not in self._maps:
+            self._maps[key] = fixed_point_map(self._camera, to_ideal, (self._rows, key[2]), self._radius)
+            if len(self._maps) > KEPT_MAPS:
+                self._maps.popitem(last=False)
+        self._maps.move_to_end(key)
+        return self._maps[key]
+
+
+def picture_region(camera: Camera, image: Picture, region_y_mm: tuple[float, float]) -> Region:
+    """Rows of the undistorted picture that show the measuring region, whole width.
+
+    Parameters
+    ----------
+    camera : Camera
+    image : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+    region_y_mm : tuple of float
+        Measuring region along the rolling direction, as seen at x = 0 on the plane.
+    """
+    ends = np.array([[0.0, y_mm, PLANE_HEIGHT_MM] for y_mm in region_y_mm])
+    width, height = camera.image_size
+    low, high = np.sort(np.clip(camera.project(ends)[:, 1], 0, height - 1))
+    rows = max(2, round(high - low) + 1)
+    moved = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, low], [0.0, 0.0, 1.0]])
+    to_ideal = np.asarray(np.linalg.solve(camera.K, moved), dtype=np.float64)
+    maps = fixed_point_map(camera, to_ideal, (rows, width), _farthest(camera))
+    return Region(_remapped(image, maps), to_ideal, np.full((2, 3), np.nan), image, camera)
+
+
+def whole_picture(camera: Camera, image: Picture) -> Region:
+    """Return the undistorted picture as a region, its pixels those of the camera without its lens.
+
+    Parameters
+    ----------
+    camera : Camera
+    image : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+    """
+    to_ideal = np.asarray(np.linalg.inv(camera.K), dtype=np.float64)
+    maps = fixed_point_map(camera, to_ideal, image.shape[:2], _farthest(camera))
+    return Region(_remapped(image, maps), to_ideal, np.full((2, 3), np.nan), image, camera)
+
+
+def pixel_size_mm(camera: Camera) -> float:
+    """Size of a pixel across the camera's view at the middle of the plane."""
+    depth_mm = abs(camera.R[2] @ np.array([0.0, 0.0, PLANE_HEIGHT_MM]) + camera.t[2])
+    return float(depth_mm / camera.K[0, 0])
+
+
+def fixed_point_map(camera: Camera, to_ideal: Array, shape: tuple[int, int], radius: float) -> Maps:
+    """Where each pixel of a region lies in the raw picture, as `cv2.remap` takes it fastest.
+
+    Parameters
+    ----------
+    camera : Camera
+    to_ideal : ndarray of float64, shape (3, 3)
+        See `Region`.
+    shape : tuple of int
+        (rows, columns).
+    radius : float
+        Ideal points further from the axis lie outside the picture.
+
+    Returns
+    -------
+    tuple of ndarray of int16, shape (rows, columns, 2), and of uint16, shape (rows, columns)
+        Whole pixels, and 1/32 of them.
+    """
+    whole, part = np.empty((*shape, 2), dtype=np.int16), np.empty(shape, dtype=np.uint16)
+    _fill_map(to_ideal, camera.dist, camera.K, radius**2, whole, part)
+    return whole, part
+
+
+def _remapped(image: Picture, maps: Maps) -> Picture:
+    return np.asarray(cv2.remap(image, *maps, cv2.INTER_LINEAR), dtype=np.uint8)
+
+
+def _farthest(camera: Camera) -> float:
+    """Ideal radius that the picture reaches; beyond it a lens model may fold back into the picture."""
+    width, height = camera.image_size
+    picture = np.stack(np.meshgrid(np.linspace(0, width, 33), np.linspace(0, height, 25)), axis=-1).reshape(-1, 2)
+    return 1.05 * float(np.nanmax(np.linalg.norm(camera.undistort(picture), axis=1)))
+
+
+@njit(nogil=True, cache=True)
+def _raw_pixel(H, dist, K, c, r):  # type: ignore[no-untyped-def]
+    """Pixel (x, y) of the raw picture at a place of a region, and its squared ideal radius; infinite behind it."""
+    w = H[2, 0] * c + H[2, 1] * r + H[2, 2]
+    if w <= 0.0:
+        return 0.0, 0.0, np.inf
+    x = (H[0, 0] * c + H[0, 1] * r + H[0, 2]) / w
+    y = (H[1, 0] * c + H[1, 1] * r + H[1, 2]) / w
+    r2 = x * x + y * y
+    radial = 1.0 + r2 * (dist[0] + r2 * (dist[1] + r2 * dist[4]))
+    u = x * radial + 2.0 * dist[2] * x * y + dist[3] * (r2 + 2.0 * x * x)
+    v = y * radial + dist[2] * (r2 + 2.0 * y * y) + 2.0 * dist[3] * x * y
+    return K[0, 0] * u + K[0, 2], K[1, 1] * v + K[1, 2], r2
+
+
+@njit(nogil=True, cache=True)
+def _fill_map(H, dist, K, radius2, whole, part):  # noqa: PLR0917  # type: ignore[no-untyped-def]
+    rows, columns = part.shape
+    for r in range(rows):
+        for c in range(columns):
+            x, y, r2 = _raw_pixel(H, dist, K, c, r)
+            if r2 > radius2:
+                whole[r, c, 0] = whole[r, c, 1] = -2
+                part[r, c] = 0
+                continue
+            px, py = int(np.floor(32.0 * x + 0.5)), int(np.floor(32.0 * y + 0.5))
+            whole[r, c, 0] = min(max(px >> 5, -2), 32000)
+            whole[r, c, 1] = min(max(py >> 5, -2), 32000)
+            part[r, c] = (py & 31) * 32 + (px & 31)
+
+
+@njit(nogil=True, cache=True)
+def _fill_light(H, dist, K, rows, columns, raw, channel, decode, light):  # noqa: PLR0917  # type: ignore[no-untyped-def]
+    height, width = raw.shape[:2]
+    for r in range(columns.shape[0]):
+        for k in range(columns.shape[1]):
+            light[r, k] = np.nan
+            x, y, r2 = _raw_pixel(H, dist, K, columns[r, k], rows[r])
+            if not (r2 < np.inf and 0.0 <= x < width - 1 and 0.0 <= y < height - 1):
+                continue
+            j, i = int(x), int(y)
+            u, v = x - j, y - i
+            upper = (1 - u) * decode[raw[i, j, channel]] + u * decode[raw[i, j + 1, channel]]
+            lower = (1 - u) * decode[raw[i + 1, j, channel]] + u * decode[raw[i + 1, j + 1, channel]]
+            light[r, k] = (1 - v) * upper + v * lower

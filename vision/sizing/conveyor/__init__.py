@@ -1,0 +1,1 @@
+"""Diameter from one camera between two barriers."""

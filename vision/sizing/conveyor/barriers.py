@@ -1,0 +1,283 @@
+"""The barriers of an empty conveyor as straight lines in the picture (algorithm 6 of the dissertation).
+
+The only reference of a camera that was never calibrated: two barriers, parallel, a known distance apart. The rolling
+direction has to run up and down the picture, and the barriers have to be brighter than the conveyor between them.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from vision.edges.binary import EVERY_EDGE, binarised, denoised
+from vision.edges.operators import detect_edges
+from vision.edges.subpixel import Crossings, half_level_crossing
+from vision.edges.thinning import ridges
+from vision.geometry.robust_line import robust_line
+from vision.reasons import Reason
+
+Array = NDArray[np.float64]
+Plane = NDArray[np.float32]
+
+SLOPES = np.linspace(-0.7, 0.7, 141)  # of a line, columns per row: 35 degrees to either side of upright
+UPRIGHT_RAD = 0.7  # how far an edge's normal may point away from the rows
+LINES_MOST = 12  # straight edges that are looked at, the longest first
+LINE_LEAST = 0.2  # of the picture's rows: shorter ones are no barriers
+NEAR_PX = 2.5  # of a line: its pixels; twice that is the mask of algorithm 6
+SIDE_PX = 4.0  # from a line: where it is told which side is brighter
+SAMPLES_PX = np.arange(-8.0, 6.25, 0.25)  # along a profile, from the conveyor to the barrier, which may be narrow
+BLUR_PX = 1.5  # of an edge, taken before it is known
+SHOWS = 0.4  # of a clear row's step of light: less is hidden
+SHOWN_LEAST = 0.8  # of the rows: barriers that show less are hidden
+BANDS = 24  # of rows, whose middles tell how straight a barrier is
+SEEN_LEAST = 0.2  # of the rows: of a barrier that shows less it cannot be told where it stands now
+STRAIGHT_PX = 1.0  # from the line through them: its rows; half levels of mere noise are all over the profile
+BENT_PX = 0.3  # root mean square of the bands off a straight line; noise makes a tenth of it
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Barriers:
+    """Inner edges of both barriers, f_1 and f_2 of algorithm 6.
+
+    A barrier's inner face and its top may be two edges a pixel or two apart; these lines lie between them.
+
+    Attributes
+    ----------
+    lines : ndarray of float64, shape (2, 2)
+        Slope and start of column(row) of the left and of the right edge.
+    light : ndarray of float32, shape (rows, columns)
+        The empty line, 0 to 1.
+    """
+
+    lines: Array
+    light: Plane
+
+    def columns(self, row: Array) -> Array:
+        """Columns of both edges, shape (n, 2), in rows (n,)."""
+        return np.asarray(row)[:, None] * self.lines[:, 0] + self.lines[:, 1]
+
+    def width_px(self, row: Array) -> Array:
+        """w_p of eq. 3.2 in rows (n,), pixels."""
+        return np.diff(self.columns(row), axis=1)[:, 0]
+
+    def pixel_ratio(self, row: Array, spacing_mm: float) -> Array:
+        """Ratio r = w / w_p of eq. 3.2 in rows (n,), mm per pixel."""
+        return spacing_mm / self.width_px(row)
+
+    def shifted_px(self, light: Plane) -> float | None:
+        """How far the barriers stand in another picture from where they stood in the empty ones.
+
+        Parameters
+        ----------
+        light : ndarray of float32, shape (rows, columns)
+
+        Returns
+        -------
+        float or None
+            Farthest distance along a row, pixels; None when a barrier shows in less than `SEEN_LEAST` of the rows.
+        """
+        ends = np.array([0.0, len(light) - 1.0])
+        farthest = 0.0
+        for line, outwards in zip(self.lines, (-1, 1), strict=True):
+            rows = _whole_rows(light, line, outwards)
+            column, shows = _columns(light, line, outwards, rows)
+            if np.count_nonzero(shows) < SEEN_LEAST * len(light):
+                return None
+            found = robust_line(rows[shows], column[shows])
+            straight = np.abs(column - np.polyval(found, rows)) <= STRAIGHT_PX
+            if np.count_nonzero(shows & straight) < SEEN_LEAST * len(light):
+                return None
+            farthest = max(farthest, float(np.abs(np.polyval(found - line, ends)).max()))
+        return farthest
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Edge:
+    """A straight edge: column(row), the mean of its rows, and on which side it is brighter."""
+
+    line: Array
+    row: float
+    brighter: int
+
+
+def find_barriers(light: Plane) -> Barriers | Reason:
+    """Both barriers in a picture of the empty line.
+
+    Parameters
+    ----------
+    light : ndarray of float32, shape (rows, columns)
+        Mean of one or more pictures without a bar, 0 to 1.
+
+    Returns
+    -------
+    Barriers or Reason
+        `barrier_hidden` when a barrier is not found or shows in less than `SHOWN_LEAST` of the rows, `barrier_bent`
+        when one is not straight.
+
+    Raises
+    ------
+    ValueError
+        `light` is no grey picture of float32 from 0 to 1 of at least 32 x 32.
+    """
+    if light.ndim != 2:
+        raise ValueError(f"light: a grey picture of shape (rows, columns) wanted, got {light.shape}")
+    pair = _inner_pair(_straight_edges(light))
+    if pair is None:
+        return Reason.BARRIER_HIDDEN
+    lines, straight_px = [], 0.0
+    for edge, outwards in zip(pair, (-1, 1), strict=True):
+        found = _at_half_level(light, edge.line, outwards)
+        if found is None:
+            return Reason.BARRIER_HIDDEN
+        lines.append(found[0])
+        straight_px = max(straight_px, found[1])
+    if straight_px > BENT_PX:
+        return Reason.BARRIER_BENT
+    return Barriers(np.array(lines), light)
+
+
+def across(light: Plane, line: Array, outwards: int, rows: Array, offsets_px: Array) -> Array:
+    """Light along profiles at right angles to a line, shape (rows, offsets).
+
+    Parameters
+    ----------
+    light : ndarray of float32, shape (rows, columns)
+    line : ndarray of float64, shape (2,)
+        Slope and start of column(row).
+    outwards : int
+        -1 when profiles run to smaller columns, +1 when to larger ones.
+    rows : ndarray of float64, shape (n,)
+        Where the profiles cross the line.
+    offsets_px : ndarray of float64, shape (m,)
+        Places on each.
+
+    Returns
+    -------
+    ndarray of float64, shape (n, m)
+        NaN outside the picture.
+    """
+    step = outwards * np.array([1.0, -line[0]]) / np.hypot(1.0, line[0])
+    column = (line[0] * rows + line[1])[:, None] + offsets_px * step[0]
+    row = rows[:, None] + offsets_px * step[1]
+    return ndimage.map_coordinates(light, [row, column], np.float64, order=1, cval=np.nan)
+
+
+def _straight_edges(light: Plane) -> list[_Edge]:
+    """Upright straight edges of the forest, longest first."""
+    edges = detect_edges(light, "forest")
+    away = np.minimum(edges.normal_rad, np.pi - edges.normal_rad)
+    thin = ridges(edges.strength, edges.normal_rad)
+    row, column = np.nonzero(denoised(binarised(thin, EVERY_EDGE)) & (away <= UPRIGHT_RAD))
+    found: list[_Edge] = []
+    while len(found) < LINES_MOST:
+        line = _most_voted(row, column, light.shape)
+        if line is None:
+            break
+        masked = np.abs(column - line[0] * row - line[1]) <= 2 * NEAR_PX
+        if np.ptp(row[masked]) >= LINE_LEAST * len(light):
+            found.append(_edge(light, row[masked], column[masked]))
+        row, column = row[~masked], column[~masked]
+    return found
+
+
+def _most_voted(row: NDArray[np.int64], column: NDArray[np.int64], shape: tuple[int, ...]) -> Array | None:
+    """Line near most pixels, to a slope of `SLOPES`; None when it has too few."""
+    rows, columns = shape
+    if not row.size:
+        return None
+    best, line = LINE_LEAST * rows, None
+    for slope in SLOPES:
+        start = column - slope * (row - rows / 2)
+        cell = np.clip(start / NEAR_PX, 0, columns / NEAR_PX).astype(np.int64)
+        votes = np.bincount(cell)
+        votes = np.convolve(votes, np.ones(2, dtype=np.int64))  # cell and the one before: no line falls between two
+        place = int(np.argmax(votes))
+        if votes[place] > best:
+            best, line = float(votes[place]), np.array([slope, place * NEAR_PX - slope * rows / 2])
+    return line
+
+
+def _edge(light: Plane, row: NDArray[np.int64], column: NDArray[np.int64]) -> _Edge:
+    line = robust_line(row.astype(np.float64), column.astype(np.float64))
+    near = np.abs(column - line[0] * row - line[1]) <= NEAR_PX
+    rows = np.unique(row[near]).astype(np.float64)
+    levels = across(light, line, 1, rows, np.array([-SIDE_PX, SIDE_PX]))
+    step = np.nanmedian(np.diff(levels, axis=1)) if np.isfinite(levels).all(axis=1).any() else 0.0
+    return _Edge(line, float(row[near].mean()), int(np.sign(step)))
+
+
+def _inner_pair(edges: list[_Edge]) -> tuple[_Edge, _Edge] | None:
+    """Neighbours with the widest dark strip between them."""
+    middle = max((edge.row for edge in edges), default=0.0)
+    ordered = sorted(edges, key=lambda edge: edge.line[0] * middle + edge.line[1])
+    pairs: list[float] = [
+        float((right.line - left.line) @ [middle, 1.0]) if (left.brighter, right.brighter) == (-1, 1) else -np.inf
+        for left, right in pairwise(ordered)
+    ]
+    if not pairs or max(pairs) <= 0:
+        return None
+    widest = int(np.argmax(pairs))
+    return ordered[widest], ordered[widest + 1]
+
+
+def _at_half_level(light: Plane, line: Array, outwards: int) -> tuple[Array, float] | None:
+    """Line at half level and how far it is from straight; None when it shows in too few rows."""
+    rows = _whole_rows(light, line, outwards)
+    column, shows = _columns(light, line, outwards, rows)
+    if np.count_nonzero(shows) < SHOWN_LEAST * len(light):
+        return None
+    line = robust_line(rows[shows], column[shows])
+    column, shows = _columns(light, line, outwards, rows)
+    if np.count_nonzero(shows) < SHOWN_LEAST * len(light):
+        return None
+    return robust_line(rows[shows], column[shows]), _off_straight_px(rows[shows], column[shows])
+
+
+def _whole_rows(light: Plane, line: Array, outwards: int) -> Array:
+    """Rows whose profile across a line lies in the picture."""
+    rows = np.arange(len(light), dtype=np.float64)
+    return rows[np.isfinite(across(light, line, outwards, rows, SAMPLES_PX)).all(axis=1)]
+
+
+def _columns(light: Plane, line: Array, outwards: int, rows: Array) -> tuple[Array, NDArray[np.bool_]]:
+    profile = across(light, line, outwards, rows, SAMPLES_PX)
+    crossings = half_level_crossing(profile, SAMPLES_PX, BLUR_PX, expected_px=0.0)
+    return crossed_columns(crossings, line, outwards, rows)
+
+
+def crossed_columns(crossings: Crossings, line: Array, outwards: int, rows: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Column of half level in each row, and where there is a clear step of light.
+
+    Parameters
+    ----------
+    crossings : Crossings
+        On profiles of `across`.
+    line : ndarray of float64, shape (2,)
+    outwards : int
+    rows : ndarray of float64, shape (n,)
+        As given to `across`.
+
+    Returns
+    -------
+    column : ndarray of float64, shape (n,)
+    shows : ndarray of bool, shape (n,)
+    """
+    step = np.nan_to_num(np.where(np.isfinite(crossings.place_px), crossings.bright - crossings.dark, 0.0))
+    shows = step > SHOWS * np.percentile(step, 90) if len(step) else np.zeros(0, dtype=np.bool_)
+    return line[0] * rows + line[1] + outwards * crossings.place_px * np.hypot(1.0, line[0]), shows
+
+
+def _off_straight_px(row: Array, column: Array) -> float:
+    bands = [np.median(part) for part in np.array_split(column, BANDS)]
+    middle = [part.mean() for part in np.array_split(row, BANDS)]
+    fitted = np.polyval(np.polyfit(middle, bands, 1), middle)
+    return float(np.sqrt(np.mean((bands - fitted) ** 2)))
+
+
+def grey_light(picture: NDArray[np.uint8]) -> Plane:
+    """Grey light, 0 to 1, shape (rows, columns), of an 8-bit picture, grey or blue-green-red, coded linearly."""
+    grey = picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
+    return np.multiply(grey, np.float32(1 / 255), dtype=np.float32)

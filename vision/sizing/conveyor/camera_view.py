@@ -1,0 +1,328 @@
+"""What two barriers tell of the camera above them: scale, vanishing point and, nearly, its height.
+
+All lines along the conveyor meet in one vanishing point of the picture, v_0 pixels from its middle. Seen from there,
+each line along the conveyor has one slope q = u / (v - v_0), and on a level plane q is proportional to the place x
+across the conveyor, as long as the camera looks along the line: the barriers' q_1 and q_2, a known distance W apart,
+are the ruler. A camera that looks across the line, by the angle phi in the section plane, sees a line at the angle A
+from straight below it at k q = tan(A - phi); k and phi follow from q_1 and q_2 as soon as it is known where between the
+barriers the camera hangs. The two faces tell: the nearer one shows narrower. The camera's height over the
+barriers' plane is Z = W / w_p f sin(theta), w_p the barriers' distance in the picture's middle and
+tan(theta) = |v_0| / f; only the focal length f is not in the picture. Without the camera's height f is assumed.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import optimize, special
+
+from vision.sizing.conveyor.barriers import SAMPLES_PX, Barriers, across
+
+Array = NDArray[np.float64]
+
+FOCAL_SHARE, FOCAL_SHARE_U = 0.95, 0.18  # of the picture's width: fields of view from 43 to 75 degrees, rectangular
+UNKNOWN_HEIGHT_MM, UNKNOWN_HEIGHT_U_MM = 50.0, 35.0  # of the edge that is seen of barriers of unknown height
+LOWEST, HIGHEST = (-6.0, -2.0, 0.0, 0.0, -0.1), (3.0, 2.0, 2.0, 2.0, 0.1)  # of a foot: place, slope, light
+TILT_U = np.radians(5.0) / np.sqrt(3)  # of a camera that was pointed along the line by eye: 5 degrees, rectangular
+ACROSS_MOST = 0.45  # of W: how far from the middle a camera may hang that sees both inner faces
+FACTOR_MOST = 2.0  # by which the distance of a barrier's two edges may be off before it is fitted
+RESOLVED = 1.0  # of the blur: a face that shows narrower looks like one step that is blurred more
+PROFILE_NOISE = 0.002  # of mean profiles, over full scale
+CORRELATED = 1 / 0.25  # samples a pixel: neighbours have their noise in common
+BANDS = 12  # of rows whose mean profile is fitted
+DARK_PX = 5.0  # from a barrier's edge: surely conveyor
+
+
+@dataclass(frozen=True, slots=True)
+class ConveyorReference:
+    """What is known of the line.
+
+    Attributes
+    ----------
+    spacing_mm : float
+        W, between the barriers' inner faces.
+    barrier_height_mm : float or None
+        Of the barriers' upper inner edges over the conveyor.
+    camera_height_mm : float or None
+        Of the camera's lens over the conveyor.
+
+    Raises
+    ------
+    ValueError
+        A length is not positive and finite, the barriers are higher than their distance, or the camera does not hang
+        above them.
+    """
+
+    spacing_mm: float
+    barrier_height_mm: float | None = None
+    camera_height_mm: float | None = None
+
+    def __post_init__(self) -> None:
+        lengths = (self.spacing_mm, self.barrier_height_mm, self.camera_height_mm)
+        if not all(length is None or 0 < length < np.inf for length in lengths):
+            raise ValueError("spacing_mm, barrier_height_mm and camera_height_mm: lengths above 0 are wanted")
+        if self.barrier_height_mm is not None and self.barrier_height_mm >= self.spacing_mm:
+            raise ValueError("barrier_height_mm: barriers are lower than their distance, spacing_mm; are they swapped?")
+        if self.camera_height_mm is not None and self.camera_height_mm <= 2 * (self.barrier_height_mm or 0.0):
+            raise ValueError("camera_height_mm: the camera must hang well above the barriers")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ConveyorView:
+    """The conveyor as the camera sees it.
+
+    Attributes
+    ----------
+    middle_px : ndarray of float64, shape (2,)
+        Middle of the picture (x, y), taken for the principal point.
+    turn_rad : float
+        Of the picture, so that the vanishing point stands straight above or below its middle.
+    vanishing_px : float
+        v_0, where it stands then.
+    slopes : tuple of float
+        q_1, q_2 of the barriers.
+    spacing_mm : float
+        W.
+    plane_mm : float
+        Height over the conveyor of the barriers' edges that were taken.
+    above_plane_mm : float
+        Z, height of the camera over them.
+    across_mm : float
+        Place of the middle between the barriers, from straight below the camera.
+    u_across_mm : float
+        Its standard uncertainty.
+    u_width_px : float
+        Standard uncertainty of the edges' distance in the picture, by their fit.
+    u_height : float
+        Relative standard uncertainty of Z where the barriers' two edges told it.
+    u_plane_mm : float
+        Standard uncertainty of `plane_mm`, rectangular, where it is only assumed; else 0.
+    """
+
+    middle_px: Array
+    turn_rad: float
+    vanishing_px: float
+    slopes: tuple[float, float]
+    spacing_mm: float
+    plane_mm: float
+    above_plane_mm: float
+    across_mm: float = 0.0
+    u_across_mm: float = 0.0
+    u_width_px: float = 0.0
+    u_height: float = 0.0
+    u_plane_mm: float = 0.0
+
+    def q(self, points_px: Array) -> Array:
+        """Slope, seen from the vanishing point, of points (x, y), shape (n, 2)."""
+        u, v = _turned(points_px - self.middle_px, self.turn_rad).T
+        return u / (v - self.vanishing_px)
+
+    def tangent(self, points_px: Array) -> Array:
+        """Tangent of the angle at which the camera sees points, from straight below it, in the section plane."""
+        scale, tilt = self._section()
+        seen = scale * self.q(points_px)
+        return (seen + tilt) / (1 - seen * tilt)
+
+    @property
+    def tilt_rad(self) -> float:
+        """Angle phi by which the camera looks across the line."""
+        return float(np.arctan(self._section()[1]))
+
+    def _section(self) -> tuple[float, float]:
+        """Scale k and tan(phi), by which both barriers are seen where they are."""
+        q1, q2 = self.slopes
+        a1, a2 = (self.across_mm + side * self.spacing_mm / 2 for side in (-1, 1))
+        a1, a2 = a1 / self.above_plane_mm, a2 / self.above_plane_mm
+        # q2 tan(A1 - phi) = q1 tan(A2 - phi), written out in tan(phi): the root near 0
+        square, linear, constant = q1 * a1 - q2 * a2, (q2 - q1) * (a1 * a2 - 1), q2 * a1 - q1 * a2
+        root = np.sqrt(max(linear**2 - 4 * square * constant, 0.0))
+        tilt = -2 * constant / (linear + np.copysign(root, linear))
+        spread = (a2 - tilt) / (1 + a2 * tilt) - (a1 - tilt) / (1 + a1 * tilt)
+        return float(spread / (q2 - q1)), float(tilt)
+
+    @property
+    def camera_height_mm(self) -> float:
+        """Of the camera over the conveyor."""
+        return self.plane_mm + self.above_plane_mm
+
+
+def _turned(points: Array, angle: float) -> Array:
+    cos, sin = np.cos(angle), np.sin(angle)
+    return points @ np.array([[cos, sin], [-sin, cos]])
+
+
+def conveyor_view(
+    barriers: Barriers,
+    reference: ConveyorReference,
+    focal_share: float = FOCAL_SHARE,
+    edge_mm: float | None = None,
+) -> ConveyorView:
+    """View of the conveyor from its barriers.
+
+    With the barriers' height, the foot of each inner face is told from its upper edge by their known distance in the
+    picture, and the feet are the ruler. Without it, or where the faces show too narrow for that, the edges stand at a
+    height that nobody knows.
+
+    Parameters
+    ----------
+    barriers : Barriers
+    reference : ConveyorReference
+    focal_share : float
+        Focal length over the picture's width, where the camera's height is not known.
+    edge_mm : float, optional
+        Height at which the barriers' edges are taken to be; without it as above.
+
+    Returns
+    -------
+    ConveyorView
+    """
+    top_mm = reference.barrier_height_mm
+    if edge_mm is not None:
+        return _of_lines(barriers, barriers.lines, reference, edge_mm, focal_share)
+    if top_mm is None:
+        view = _of_lines(barriers, barriers.lines, reference, UNKNOWN_HEIGHT_MM, focal_share)
+        return replace(view, u_plane_mm=UNKNOWN_HEIGHT_U_MM)
+    view = _of_lines(barriers, barriers.lines, reference, 0.0, focal_share)
+    across = view.across_mm / reference.spacing_mm
+    u_across = view.u_across_mm / reference.spacing_mm
+    part = top_mm / (view.camera_height_mm - top_mm)
+    feet = _feet(barriers, part, across, u_across, free=reference.camera_height_mm is None)
+    if feet.face_px < RESOLVED * feet.blur_px:
+        view = _of_lines(barriers, barriers.lines, reference, top_mm / 2, focal_share)
+        return replace(view, u_plane_mm=top_mm / np.sqrt(12))
+    view = replace(_of_lines(barriers, feet.lines, reference, 0.0, focal_share), u_width_px=feet.u_width_px)
+    if reference.camera_height_mm is None:
+        view = replace(view, above_plane_mm=top_mm * (1 + 1 / feet.part), u_height=feet.u_part)
+    across_mm, u_across_mm = (share * reference.spacing_mm for share in (feet.across, feet.u_across))
+    return replace(view, across_mm=across_mm, u_across_mm=u_across_mm)
+
+
+def _of_lines(
+    barriers: Barriers, lines: Array, reference: ConveyorReference, plane_mm: float, focal_share: float
+) -> ConveyorView:
+    rows, columns = barriers.light.shape
+    middle = np.array([(columns - 1) / 2, (rows - 1) / 2])
+    (m1, c1), (m2, c2) = lines
+    apart = m1 - m2 if abs(m1 - m2) > 1e-5 else 1e-5
+    row = (c2 - c1) / apart
+    off = np.array([m1 * row + c1, row]) - middle
+    turn = float(np.arctan(off[0] / off[1]))
+    vanishing = float(_turned(off[None], turn)[0, 1])
+    view = ConveyorView(middle, turn, vanishing, (0.0, 1.0), reference.spacing_mm, plane_mm, 1.0)
+    at = np.array([[m * middle[1] + c, middle[1]] for m, c in lines])
+    q1, q2 = view.q(at).tolist()
+    view = replace(view, slopes=(q1, q2))
+    if reference.camera_height_mm is not None:
+        above_mm = reference.camera_height_mm - plane_mm
+    else:
+        focal = focal_share * columns
+        width_px = abs((q2 - q1) * vanishing)
+        above_mm = reference.spacing_mm / width_px * focal * abs(vanishing) / float(np.hypot(vanishing, focal))
+    across_mm = reference.spacing_mm * 0.5 * (q1 + q2) / (q2 - q1)  # of a camera that looks along the line
+    u_across_mm = above_mm * np.tan(TILT_U)
+    return replace(view, above_plane_mm=float(above_mm), across_mm=float(across_mm), u_across_mm=float(u_across_mm))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Feet:
+    """Lines of the inner faces' feet, and what the faces' widths tell, with standard uncertainties.
+
+    The faces together are `part` of the barriers' distance wide; `across` is the place of the middle between the
+    barriers from straight below the camera, over their distance. `face_px` is the mean width of a face.
+    """
+
+    lines: Array
+    u_width_px: float
+    part: float
+    u_part: float
+    across: float
+    u_across: float
+    face_px: float
+    blur_px: float
+
+
+def _feet(barriers: Barriers, part: float, across: float, u_across: float, *, free: bool) -> _Feet:
+    """Two steps of light a known distance apart, fitted to mean profiles of both barriers, blurred alike by the lens.
+
+    `free` where that distance is only roughly known: the profiles then tell it too.
+    """
+    sides = [_Steps.of(barriers, line, outwards, part) for line, outwards in zip(barriers.lines, (-1, 1), strict=True)]
+    reach = FACTOR_MOST if free else 1 + 1e-9
+    low = [1 / reach, -ACROSS_MOST, 0.5, *LOWEST, *LOWEST]
+    high = [reach, ACROSS_MOST, 5.0, *HIGHEST, *HIGHEST]
+    starts = [[1.0, place, 1.5, *sides[0].start(), *sides[1].start()] for place in (across, 0.0)]
+    n, common = len(LOWEST), 3
+
+    def misfit(values: Array) -> Array:
+        factor, place, blur_px = values[:common]
+        by_side = zip(sides, values[common:].reshape(2, n), strict=True)
+        fits = [side.misfit(one, blur_px, factor * (0.5 + side.outwards * place)) for side, one in by_side]
+        known = [(factor - 1) / FOCAL_SHARE_U, (place - across) / u_across]  # where profiles tell little of them
+        return np.concatenate([*fits, PROFILE_NOISE * np.array(known)])
+
+    # from one start alone the fit may end with the two steps of a face in one
+    tried = [optimize.least_squares(misfit, np.clip(start, low, high), bounds=(low, high)) for start in starts]
+    found = min(tried, key=lambda fit: fit.cost)
+    places = [common, common + n]
+    lines = np.array([side.line_at(*found.x[first : first + 2]) for side, first in zip(sides, places, strict=True)])
+    covariance = _covariance(found.fun, found.jac, slice(0 if free else 1, None))
+    u_factor, u_place = np.sqrt(np.diag(covariance)[:2]).tolist()
+    return _Feet(
+        lines=lines,
+        u_width_px=float(np.sqrt(covariance[np.ix_(places, places)].sum())),
+        part=part * float(found.x[0]),
+        u_part=u_factor / float(found.x[0]),
+        across=float(found.x[1]),
+        u_across=u_place,
+        face_px=float(found.x[0]) * float(np.mean([side.apart_px.mean() for side in sides])) / 2,
+        blur_px=float(found.x[2]),
+    )
+
+
+def _covariance(misfit: Array, jacobian: Array, free: slice) -> Array:
+    """Of the fitted values that are free, by the scatter that is left; 0 for the others."""
+    size = jacobian.shape[1]
+    scatter = CORRELATED * float(misfit @ misfit) / (misfit.size - size)
+    covariance = np.zeros((size, size))
+    covariance[free, free] = scatter * np.linalg.pinv(jacobian[:, free].T @ jacobian[:, free])
+    return covariance
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Steps:
+    """Mean profiles of one barrier in bands of rows, shape (bands, samples), and what is known of them."""
+
+    mean: Array
+    line: Array
+    outwards: int
+    row: Array
+    apart_px: Array
+
+    @classmethod
+    def of(cls, barriers: Barriers, line: Array, outwards: int, part: float) -> "_Steps":
+        rows = np.arange(len(barriers.light), dtype=np.float64)
+        profile = across(barriers.light, line, outwards, rows, SAMPLES_PX)
+        whole = np.isfinite(profile).all(axis=1)
+        rows, profile = rows[whole], profile[whole]
+        profile = profile - profile[:, SAMPLES_PX < -DARK_PX].mean(axis=1, keepdims=True)
+        row = np.array([band.mean() for band in np.array_split(rows, BANDS)])
+        mean = np.array([band.mean(axis=0) for band in np.array_split(profile, BANDS)])
+        return cls(mean, line, outwards, row, part * barriers.width_px(row) / np.hypot(1.0, line[0]))
+
+    def start(self) -> list[float]:
+        height = float(self.mean[:, -1].mean())
+        return [-0.25 * float(self.apart_px.mean()), 0.0, 0.5 * height, 0.5 * height, 0.0]
+
+    def misfit(self, values: Array, blur_px: float, share: float) -> Array:
+        """Of a foot at a place with a slope, the light of face and top, and the face's share of both faces' width."""
+        place, slope, face, top, level = values
+        along = (self.row - self.row.mean()) / np.ptp(self.row)
+        at = SAMPLES_PX - (place + slope * along)[:, None]
+        steps = face * special.ndtr(at / blur_px) + top * special.ndtr((at - share * self.apart_px[:, None]) / blur_px)
+        return (level + steps - self.mean).ravel()
+
+    def line_at(self, place: float, slope: float) -> Array:
+        """Line column(row) of the foot."""
+        off = self.outwards * np.hypot(1.0, self.line[0])
+        per_row = off * slope / np.ptp(self.row)
+        return self.line + np.array([per_row, off * place - per_row * self.row.mean()])

@@ -1,0 +1,339 @@
+"""Diameter of a bar between two barriers, from one camera that was never calibrated (the dissertation's chapter 3).
+
+Its measure, eq. 3.3, is the bar's width on the barriers' plane. But the edges that are seen are tangents, and the bar
+is nearer to the camera than the plane: for a bar of radius R on the conveyor, seen between the angles a - b and a + b
+by a camera Z above it, sin b = R / d, and d cos a + R = Z, so R = Z sin b / (cos a + sin b). At 165 mm from 2.6 m that
+is 5 mm less than eq. 3.3 says: the fixed error that the source found and compensated.
+"""
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.edges.shaded import shaded_crossings
+from vision.geometry.robust_line import robust_line
+from vision.readings import SizeReading
+from vision.reasons import Reason
+from vision.sizing.conveyor.barriers import BLUR_PX, Barriers, across, crossed_columns, find_barriers, grey_light
+from vision.sizing.conveyor.camera_view import (
+    FOCAL_SHARE,
+    FOCAL_SHARE_U,
+    ConveyorReference,
+    ConveyorView,
+    conveyor_view,
+)
+
+Array = NDArray[np.float64]
+Plane = NDArray[np.float32]
+
+HOT_FLOOR = 0.08  # of full scale: a bar is brighter than the empty line by more
+OPENED_PX = 5
+BAR_PX = 8  # fewer columns are no bar
+FREE_PX = 9.0  # between the bar and a barrier: less and its edge has no dark side
+COVERED = 0.5  # of the rows, by the bar
+ENDS_ROWS = 4  # at the picture's ends that are not looked at
+PROFILE_PX = np.arange(-9.0, 9.25, 0.25)  # across an edge of the bar, from the conveyor inwards
+WINDOWS = 24
+LEAST_WINDOWS = 0.2
+OFF_LINE_PX = 1.0  # the edge of a window off the bar's straight line: the window is discarded
+U_EDGE_PX = 0.02  # of a whole limb or barrier: blur and halo that are not alike on both sides
+U_SPACING = 0.0005  # of W, relative
+U_BARRIER_HEIGHT_MM, U_CAMERA_HEIGHT_MM = 1.0, 10.0  # as somebody measures them with a tape
+INTERVAL = (0.025, 0.975)
+PARTS = 16  # of the law of a quantity that is only assumed
+CLIPPED, CLIPPED_MOST = 0.98, 0.5  # light of an overexposed point, and the share of a limb that may be
+MOVED_PX = 0.3  # of a barrier from its place in the empty pictures; noise makes a tenth of it
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Limb:
+    line: Array
+    rows: Array
+    columns: Array
+
+
+class ConveyorGauge:
+    """Measures a bar between barriers.
+
+    Parameters
+    ----------
+    empty : sequence of ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        Pictures of the line without a bar.
+    reference : ConveyorReference
+    compensation_mm : float
+        Added to every diameter, as the source did; 0 unless somebody knows better.
+    ovality_mm : float
+        Greatest minus least width that a section may have.
+
+    Attributes
+    ----------
+    barriers : Barriers or Reason
+        As `find_barriers` returns them.
+
+    Raises
+    ------
+    ValueError
+        There is no picture, or pictures differ in size; the compensation is not finite.
+    """
+
+    def __init__(
+        self,
+        empty: list[NDArray[np.uint8]],
+        reference: ConveyorReference,
+        compensation_mm: float = 0.0,
+        ovality_mm: float = 0.0,
+    ) -> None:
+        if not empty or len({picture.shape[:2] for picture in empty}) != 1:
+            raise ValueError("empty: at least one picture of the empty line is wanted, all of one size")
+        if not np.isfinite(compensation_mm):
+            raise ValueError(f"compensation_mm is {compensation_mm}; a number of millimetres is wanted")
+        self._empty: Plane = np.asarray(np.mean([grey_light(picture) for picture in empty], axis=0), np.float32)
+        self._compensation_mm = compensation_mm
+        self._u_shape_mm = float(ovality_mm / np.sqrt(12))
+        self.barriers = find_barriers(self._empty)
+        if isinstance(self.barriers, Barriers):
+            self._view = conveyor_view(self.barriers, reference)
+            self._changed = _changed_views(self.barriers, reference, self._view)
+            self._assumed = _assumed_views(self.barriers, reference, self._view)
+            self._barriers_px = float(self.barriers.width_px(np.array([len(self._empty) / 2]))[0])
+
+    def measure(self, picture: NDArray[np.uint8]) -> SizeReading:
+        """Diameter of the bar in a picture.
+
+        Parameters
+        ----------
+        picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+            Coded linearly, of the size of the empty ones.
+
+        Returns
+        -------
+        SizeReading
+            Without a value: `edge_not_found` (with `barrier_hidden` or `barrier_bent` where it is a barrier's),
+            `no_bar`, `several_bars`, `bar_too_short`, `edges_clipped`, `no_windows`; `camera_moved` when a barrier
+            stands more than `MOVED_PX` from its place in the empty pictures.
+
+        Raises
+        ------
+        ValueError
+            The picture has another size than the empty ones.
+        """
+        if picture.shape[:2] != self._empty.shape:
+            raise ValueError(f"picture: {picture.shape[:2]} rows and columns, the empty line has {self._empty.shape}")
+        if not isinstance(self.barriers, Barriers):
+            return _nothing(Reason.EDGE_NOT_FOUND | self.barriers)
+        light = grey_light(picture)
+        spans = bar_spans(light, self._empty)
+        if isinstance(spans, Reason):
+            return _nothing(spans)
+        left, right = (_limb(light, spans, side) for side in (0, 1))
+        if left is None or right is None or _touches(left, right, self.barriers):
+            return _nothing(Reason.EDGE_NOT_FOUND)
+        inside = [_inside(light, left, 1), _inside(light, right, -1)]
+        limbs = {
+            "clipped_share": max(float(np.mean(one >= CLIPPED)) for one in inside),
+            "limb_light": min(float(np.median(one)) for one in inside),
+        }
+        reason = self._forbids(light, limbs["clipped_share"])
+        return replace(_nothing(reason) if reason else self._read(left, right), **limbs)
+
+    def _forbids(self, light: Plane, clipped_share: float) -> Reason:
+        """What of the picture forbids a value although there is a bar with two edges."""
+        if clipped_share >= CLIPPED_MOST:
+            return Reason.EDGES_CLIPPED
+        assert isinstance(self.barriers, Barriers)  # noqa: S101  nothing is measured without
+        shifted_px = self.barriers.shifted_px(light)
+        if shifted_px is None:
+            return Reason.EDGE_NOT_FOUND | Reason.BARRIER_HIDDEN
+        return Reason.CAMERA_MOVED if shifted_px > MOVED_PX else Reason.NONE
+
+    def _read(self, left: _Limb, right: _Limb) -> SizeReading:
+        windows = np.array_split(np.intersect1d(left.rows, right.rows), WINDOWS)
+        ends = [_ends(limb, windows) for limb in (left, right)]
+        there = np.isfinite(ends[0][:, 0]) & np.isfinite(ends[1][:, 0])
+        if np.count_nonzero(there) < LEAST_WINDOWS * WINDOWS:
+            return _nothing(Reason.NO_WINDOWS)
+        ends = [end[there] for end in ends]
+        view = self._view
+        by_window = diameters_mm(view, *ends)
+        diameter_mm = float(np.median(by_window))
+        calibration_mm, model_mm = self._u_of_view(ends, diameter_mm)
+        correction_mm, u_assumed_mm = self._assumed_law(ends, diameter_mm)
+        diameter_mm += correction_mm
+        model_mm = float(np.hypot(model_mm, u_assumed_mm))
+        edge_mm = float(1.2533 * by_window.std() / np.sqrt(len(by_window)))  # of a median
+        expanded_mm = float(2 * np.linalg.norm([edge_mm, calibration_mm, self._u_shape_mm, model_mm]))
+        middle = 0.5 * (view.tangent(ends[0]) + view.tangent(ends[1]))
+        return SizeReading(
+            diameter_mm=diameter_mm + self._compensation_mm,
+            expanded_uncertainty_mm=expanded_mm,
+            windows_kept=int(np.count_nonzero(there)),
+            windows_total=WINDOWS,
+            axis_height_mm=diameter_mm / 2,
+            offset_mm=float(np.median(middle) * view.camera_height_mm),
+            u_edge_mm=edge_mm,
+            u_calibration_mm=calibration_mm,
+            u_board_mm=0.0,
+            u_light_mm=0.0,
+            u_shape_mm=self._u_shape_mm,
+            u_model_mm=model_mm,
+            method="conveyor",
+        )
+
+    def _u_of_view(self, ends: list[Array], diameter_mm: float) -> tuple[float, float]:
+        """Standard uncertainties from the ruler, and from the heights and the camera's place."""
+        width_px = abs(float(np.mean(ends[1][:, 0] - ends[0][:, 0])))
+        edges = diameter_mm * np.sqrt(2) * U_EDGE_PX / width_px
+        ruler = diameter_mm * np.hypot(np.sqrt(2) * U_EDGE_PX, self._view.u_width_px) / self._barriers_px
+        calibration = np.linalg.norm([ruler, U_SPACING * diameter_mm])
+        changes = [float(np.median(diameters_mm(view, *ends))) - diameter_mm for view in self._changed]
+        return float(calibration), float(np.linalg.norm([edges, *changes]))
+
+    def _assumed_law(self, ends: list[Array], diameter_mm: float) -> tuple[float, float]:
+        """What is only assumed, propagated as whole laws (JCGM 101): correction and standard uncertainty of a diameter.
+
+        The correction leads to the middle of the interval that holds 95 % of the diameters; the uncertainty is that of
+        a normal law whose interval is as wide.
+        """
+        summed = np.zeros(1)
+        for views in self._assumed:
+            changes = [float(np.median(diameters_mm(view, *ends))) - diameter_mm for view in views]
+            summed = np.add.outer(summed, changes).ravel()
+        low, high = np.quantile(summed, INTERVAL).tolist()
+        return 0.5 * (low + high), 0.25 * (high - low)
+
+
+def _changed_views(barriers: Barriers, reference: ConveyorReference, view: ConveyorView) -> list[ConveyorView]:
+    """How the view would be if what is measured were off by a standard uncertainty.
+
+    These are the heights that somebody measured, and what the barriers' faces tell of the camera where they show.
+    """
+    changed: list[ConveyorView] = []
+    if (camera_mm := reference.camera_height_mm) is not None:
+        higher = replace(reference, camera_height_mm=camera_mm + U_CAMERA_HEIGHT_MM)
+        changed.append(conveyor_view(barriers, higher))
+    if (barrier_mm := reference.barrier_height_mm) is not None and view.u_width_px > 0:
+        lower = replace(reference, barrier_height_mm=barrier_mm - min(U_BARRIER_HEIGHT_MM, barrier_mm / 2))
+        changed += [
+            conveyor_view(barriers, lower),
+            replace(view, above_plane_mm=view.above_plane_mm * (1 + view.u_height)),
+            replace(view, across_mm=view.across_mm + view.u_across_mm),
+        ]
+    return changed
+
+
+def _assumed_views(barriers: Barriers, reference: ConveyorReference, view: ConveyorView) -> list[list[ConveyorView]]:
+    """Views over what nobody measured: for each quantity one in every equally probable part of its rectangular law."""
+    if view.u_plane_mm == 0:
+        return []
+    places = np.sqrt(3) * (2 * (np.arange(PARTS) + 0.5) / PARTS - 1)  # in standard uncertainties
+    edges_mm = view.plane_mm + places * view.u_plane_mm
+    focal_shares = FOCAL_SHARE * (1 + places * FOCAL_SHARE_U)
+    laws = [
+        [conveyor_view(barriers, reference, edge_mm=float(edge_mm)) for edge_mm in edges_mm],
+        [replace(view, across_mm=view.across_mm + place * view.u_across_mm) for place in places.tolist()],
+    ]
+    if reference.camera_height_mm is None:
+        laws.append([conveyor_view(barriers, reference, float(share), view.plane_mm) for share in focal_shares])
+    return laws
+
+
+def diameters_mm(view: ConveyorView, left_px: Array, right_px: Array) -> Array:
+    """Diameter of a round bar on the conveyor from points on its two edges.
+
+    Parameters
+    ----------
+    view : ConveyorView
+    left_px, right_px : ndarray of float64, shape (n, 2)
+        (x, y), one pair for each section.
+
+    Returns
+    -------
+    ndarray of float64, shape (n,)
+        2 R = 2 Z sin b / (cos a + sin b).
+    """
+    first, second = np.arctan(view.tangent(left_px)), np.arctan(view.tangent(right_px))
+    a, b = 0.5 * (first + second), 0.5 * np.abs(second - first)
+    return 2 * view.camera_height_mm * np.sin(b) / (np.cos(a) + np.sin(b))
+
+
+def bar_spans(light: Plane, empty: Plane) -> NDArray[np.int64] | Reason:
+    """First and last hot column of the bar in each row, shape (rows, 2), -1 where there is none (algorithm 5).
+
+    Parameters
+    ----------
+    light, empty : ndarray of float32, shape (rows, columns)
+        With the bar and without.
+
+    Returns
+    -------
+    ndarray of int64 or Reason
+        `no_bar`, `several_bars` or `bar_too_short` without a bar to be measured.
+    """
+    more = np.clip(np.rint(255 * np.clip(light - empty, 0, 1)), 0, 255).astype(np.uint8)
+    level, _ = cv2.threshold(more, 0, 1, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
+    mask = (more > max(level, 255 * HOT_FLOOR)).astype(np.uint8)
+    mask = np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((OPENED_PX, OPENED_PX), np.uint8)))
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask)
+    rows = len(light)
+    long = [i for i in range(1, count) if stats[i, cv2.CC_STAT_HEIGHT] >= COVERED * rows]
+    if not long:
+        hot = stats[1:, cv2.CC_STAT_AREA].max(initial=0)
+        return Reason.BAR_TOO_SHORT if hot > BAR_PX * COVERED * rows / 2 else Reason.NO_BAR
+    if len(long) > 1:
+        return Reason.SEVERAL_BARS
+    bar = labels == long[0]
+    first, last = bar.argmax(axis=1), bar.shape[1] - 1 - bar[:, ::-1].argmax(axis=1)
+    there = bar.any(axis=1) & (last - first >= BAR_PX)
+    spans = np.where(there[:, None], np.column_stack([first, last]), -1)
+    spans[:ENDS_ROWS] = spans[-ENDS_ROWS:] = -1
+    return spans if np.count_nonzero(spans[:, 0] >= 0) >= COVERED * rows else Reason.BAR_TOO_SHORT
+
+
+def _limb(light: Plane, spans: NDArray[np.int64], side: int) -> _Limb | None:
+    """Edge of the bar at half level, row by row, around one straight line."""
+    rows = np.flatnonzero(spans[:, 0] >= 0).astype(np.float64)
+    line = robust_line(rows, spans[rows.astype(np.int64), side].astype(np.float64))
+    inwards = 1 if side == 0 else -1
+    for _ in range(2):  # the second time around the first one's line
+        column, shows = _columns(light, line, inwards, rows)
+        if np.count_nonzero(shows) < COVERED * len(rows):
+            return None
+        line = robust_line(rows[shows], column[shows])
+    column, shows = _columns(light, line, inwards, rows)
+    near = shows & (np.abs(column - line[0] * rows - line[1]) <= OFF_LINE_PX)
+    return _Limb(line, rows[near], column[near]) if np.count_nonzero(near) >= COVERED * len(rows) else None
+
+
+def _columns(light: Plane, line: Array, inwards: int, rows: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Column of the edge in each row, and where there is a clear step of light."""
+    found = shaded_crossings(across(light, line, inwards, rows, PROFILE_PX), PROFILE_PX, BLUR_PX)
+    if found is None:
+        return np.full(len(rows), np.nan), np.zeros(len(rows), dtype=np.bool_)
+    return crossed_columns(found.crossings, line, inwards, rows)
+
+
+def _touches(left: _Limb, right: _Limb, barriers: Barriers) -> bool:
+    rows = np.array([left.rows.min(), left.rows.max()])
+    edges = barriers.columns(rows)
+    free = [left.line[0] * rows + left.line[1] - edges[:, 0], edges[:, 1] - right.line[0] * rows - right.line[1]]
+    return bool(np.min(free) < FREE_PX)
+
+
+def _inside(light: Plane, limb: _Limb, inwards: int) -> Array:
+    """Light of the bar just inside an edge, row by row."""
+    column = np.clip(np.rint(limb.columns + 5 * inwards), 0, light.shape[1] - 1).astype(np.int64)
+    return np.asarray(light[limb.rows.astype(np.int64), column], np.float64)
+
+
+def _ends(limb: _Limb, windows: list[Array]) -> Array:
+    """Mean point (x, y) of an edge in each window, NaN where it shows nothing; y is that of the window."""
+    column = dict(zip(limb.rows.tolist(), limb.columns.tolist(), strict=True))
+    return np.array(
+        [[np.mean([column[row] for row in part]), part.mean()] if len(part) else [np.nan, np.nan] for part in windows]
+    )
+
+
+def _nothing(reason: Reason) -> SizeReading:
+    return SizeReading(reasons=reason, windows_total=WINDOWS, method="conveyor")

@@ -1,0 +1,217 @@
+"""The measuring region seen from above, and the hot bar in it, roughly.
+
+Each view is sampled on a grid on a horizontal plane: rows run across the line, columns along it, so that a bar
+stands nearly upright in it however obliquely it crosses the picture. A limb is then a long, nearly upright step of
+light: every row votes for the lines that run through its steps, so what covers or lights only a part of the bar
+(oxide, rollers, glare, a post) is outvoted. The grid only says where the limbs are to within a few pixels; edges are
+located on raw pixels afterwards.
+"""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from vision.geometry.camera import Camera
+
+Array = NDArray[np.float64]
+Plane = NDArray[np.float32]
+
+PLANE_HEIGHT_MM = 100.0  # between the axis heights of the smallest and of the largest bar
+ROW_STEP_MM = 10.0
+COLUMN_STEP_PX = 2.0
+REACH_MM = 1500.0  # across the line, either side
+LEAST_SEEN = 0.6  # share of its rows that a column of the grid must have in the picture
+SLOPES = np.linspace(-0.06, 0.06, 25)  # dx/dy of a limb: bars lie along the line to within 3 degrees
+WIDTH_MM = (40.0, 700.0)  # of the bar on the plane: narrower bright stripes are sparks, rails, reflections
+SLOPES_DIFFER = 0.06  # at most, those of the two limbs of one bar: a short bar leaves them vague
+FLOOR = 0.06  # of full scale, in light: a bar that glows is brighter than that
+CONTRAST = 2.0  # a bar is that many times brighter than the rest
+STEP_CLIPPED = 0.4  # of the bar's light: a larger step is no better evidence of a limb
+LEAST_VOTE = 0.3  # of a full vote, for a line to be a limb
+LEAST_HOT = 0.3  # share of what lies between two limbs of a bar that is hot: half a bar, seen obliquely
+APART_MM = 15.0  # two limbs on the same side are further apart
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Outline:
+    """Where a bar is, roughly: its limbs as lines x(y) on the grid's plane.
+
+    Attributes
+    ----------
+    left, right : ndarray of float64, shape (2,)
+        Slope dx/dy and x at y = 0, mm, of the limbs at smaller and at larger x.
+    """
+
+    left: Array
+    right: Array
+
+
+@dataclass(frozen=True, slots=True)
+class _Line:
+    slope_index: int
+    column: int
+    vote: float
+
+
+class RegionGrid:
+    """Grid over the measuring region of one view.
+
+    Parameters
+    ----------
+    camera : Camera
+    region_y_mm : tuple of float
+        Measuring region along the rolling direction.
+
+    Raises
+    ------
+    ValueError
+        The camera does not see the region.
+    """
+
+    def __init__(self, camera: Camera, region_y_mm: tuple[float, float]) -> None:
+        rows = max(2, round((region_y_mm[1] - region_y_mm[0]) / ROW_STEP_MM) + 1)
+        self.y_mm = np.linspace(*region_y_mm, rows)
+        self.column_step_mm = COLUMN_STEP_PX * _pixel_size_mm(camera)
+        x_mm = np.arange(-REACH_MM, REACH_MM, self.column_step_mm)
+        pixel = _project_plane(camera, x_mm, self.y_mm)
+        width, height = camera.image_size
+        inside = np.all((pixel >= 0) & (pixel <= [width - 1, height - 1]), axis=2)
+        seen = np.flatnonzero(inside.mean(axis=0) > LEAST_SEEN)
+        if seen.size < 2:
+            raise ValueError("the camera does not see the measuring region: is it the right rig?")
+        columns = slice(seen[0], seen[-1] + 1)
+        self.x_mm = x_mm[columns]
+        self._pixel = np.nan_to_num(pixel[:, columns], nan=-1.0).astype(np.float32)
+
+    def sample(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Brightest channel of the picture on the grid, code values, shape (rows, columns); 0 outside the picture."""
+        grid = cv2.remap(image, self._pixel[..., 0], self._pixel[..., 1], cv2.INTER_LINEAR)
+        return np.asarray(grid if grid.ndim == 2 else grid.max(axis=2), dtype=np.uint8)
+
+    def bars(self, image: NDArray[np.uint8], decode: NDArray[np.float32]) -> list[Outline]:
+        """Hot bars that lie across the region, left to right.
+
+        Parameters
+        ----------
+        image : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        decode : ndarray of float32, shape (256,)
+            Light of every code value.
+
+        Returns
+        -------
+        list of Outline
+            They do not overlap; empty when nothing hot has two limbs.
+        """
+        grid = np.asarray(cv2.blur(self.sample(image), (3, 1)), dtype=np.uint8)
+        hot = _hot(grid, decode)
+        if hot is None:
+            return []
+        light = decode[grid]
+        step = np.zeros_like(light)
+        step[:, 1:-1] = (light[:, 2:] - light[:, :-2]) / np.median(light[hot > 0])
+        lefts = self._lines(np.clip(step, 0.0, STEP_CLIPPED))
+        rights = self._lines(np.clip(-step, 0.0, STEP_CLIPPED))
+        return self._pairs(lefts, rights, self._along_slopes(hot.astype(np.float32)))
+
+    def _along_slopes(self, values: Plane) -> Array:
+        """Mean of values along lines x = column + slope * y, shape (slopes, columns)."""
+        return _sheared_means(values, SLOPES * ROW_STEP_MM / self.column_step_mm, -self.y_mm[0] / ROW_STEP_MM)
+
+    def _lines(self, step: Plane) -> list[_Line]:
+        """Lines that enough rows vote for, each the best within `APART_MM`."""
+        votes = self._along_slopes(step) / STEP_CLIPPED
+        best = votes.max(axis=0)
+        apart = 2 * round(APART_MM / self.column_step_mm) + 1
+        peak = cv2.dilate(best[None, :], np.ones((1, apart), np.uint8))[0]
+        columns = np.flatnonzero((best >= peak) & (best >= LEAST_VOTE))
+        return [_Line(int(votes[:, column].argmax()), int(column), float(best[column])) for column in columns]
+
+    def _pairs(self, lefts: list[_Line], rights: list[_Line], hot: Array) -> list[Outline]:
+        """Bars: pairs of limbs with something hot between them, the best first wherever they overlap."""
+        filled = np.concatenate([np.zeros((len(SLOPES), 1)), np.cumsum(hot, axis=1)], axis=1)
+        ranked = sorted(
+            (
+                (share + left.vote + right.vote, left, right)
+                for left in lefts
+                for right in rights
+                if (share := self._hot_share(left, right, filled)) >= LEAST_HOT
+            ),
+            key=lambda one: -one[0],
+        )
+        chosen: list[tuple[_Line, _Line]] = []
+        for _, left, right in ranked:
+            if all(right.column <= other.column or left.column >= end.column for other, end in chosen):
+                chosen.append((left, right))
+        chosen.sort(key=lambda pair: pair[0].column)
+        return [Outline(self._line(left), self._line(right)) for left, right in chosen]
+
+    def _hot_share(self, left: _Line, right: _Line, filled: Array) -> float:
+        """Share of what lies between two limbs that is hot; 0 for limbs that cannot be one bar's."""
+        columns = right.column - left.column
+        slopes = SLOPES[[left.slope_index, right.slope_index]]
+        width_fits = WIDTH_MM[0] <= columns * self.column_step_mm <= WIDTH_MM[1]
+        if not width_fits or abs(slopes[0] - slopes[1]) > SLOPES_DIFFER:
+            return 0.0
+        row = filled[(left.slope_index + right.slope_index) // 2]
+        return float((row[right.column] - row[left.column]) / columns)
+
+    def _line(self, line: _Line) -> Array:
+        return np.array([SLOPES[line.slope_index], self.x_mm[line.column]])
+
+
+@njit(nogil=True, cache=True)
+def _sheared_means(values, shears, middle):
+    """Mean over the rows of values that lie on lines column + shear * (row - middle); 0 beside the grid."""
+    rows, columns = values.shape
+    means = np.zeros((shears.shape[0], columns))
+    for slope in range(shears.shape[0]):
+        for row in range(rows):
+            shift = shears[slope] * (row - middle)
+            whole = int(np.floor(shift))
+            right = np.float32(shift - whole)
+            left = 1 - right
+            begin, end = max(0, -whole), min(columns, columns - 1 - whole)
+            # slices that start at 0 let the compiler add up many columns at once
+            source, total = values[row, max(0, begin + whole) :], means[slope, begin:]
+            for i in range(end - begin):
+                total[i] += left * source[i] + right * source[i + 1]
+    return means / rows
+
+
+def _project_plane(camera: Camera, x_mm: Array, y_mm: Array) -> Array:
+    """Pixels of a grid on the plane z = `PLANE_HEIGHT_MM`, shape (rows, columns, 2), (x, y).
+
+    NaN outside the part of the lens model that the picture covers, where it would fold back.
+    """
+    x, y = np.meshgrid(x_mm, y_mm)
+    points = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, PLANE_HEIGHT_MM)])
+    width, height = camera.image_size
+    # a lens model that boards in the middle fixed may have no inverse in the corners of the picture
+    picture = np.stack(np.meshgrid(np.linspace(0, width, 33), np.linspace(0, height, 25)), axis=-1).reshape(-1, 2)
+    farthest = np.nanmax(np.linalg.norm(camera.undistort(picture), axis=1))
+    seen = points @ camera.R.T + camera.t
+    with np.errstate(divide="ignore", invalid="ignore"):
+        radius = np.hypot(seen[:, 0], seen[:, 1]) / seen[:, 2]
+    pixel = camera.project(points)
+    pixel[~((seen[:, 2] > 0) & (radius <= 1.05 * farthest))] = np.nan
+    return pixel.reshape(*x.shape, 2)
+
+
+def _pixel_size_mm(camera: Camera) -> float:
+    distance = abs(camera.R[2] @ np.array([0.0, 0.0, PLANE_HEIGHT_MM]) + camera.t[2])
+    return float(distance / camera.K[0, 0])
+
+
+def _hot(grid: NDArray[np.uint8], decode: NDArray[np.float32]) -> NDArray[np.uint8] | None:
+    """Mask of what is hot: over Otsu's level, over the floor and well brighter than the rest; None without any."""
+    level, _ = cv2.threshold(grid, 0, 1, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
+    mask = (grid > max(level, float(np.searchsorted(decode, FLOOR)))).astype(np.uint8)
+    if not mask.any() or mask.all():
+        return None
+    light = decode[grid]
+    if np.median(light[mask == 1]) < CONTRAST * np.median(light[mask == 0]):
+        return None
+    return mask

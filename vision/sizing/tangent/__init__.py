@@ -1,0 +1,1 @@
+"""Route T: the diameter from tangent planes."""

@@ -1,0 +1,329 @@
+"""Route T: the diameter of the bar from the tangent planes of both views.
+
+Each view shows the bar's two limbs as straight lines; every edge ray grazes the bar, so one cylinder fits them all.
+There is no silhouette bias, no plane to guess, and the scatter of the points gives the covariance.
+"""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.calibration.rig import Rig
+from vision.geometry.camera import Camera
+from vision.light import decoding_table
+from vision.readings import SizeReading
+from vision.reasons import Reason
+from vision.sizing.limits import (
+    CLIPPED_FEW,
+    CLIPPED_MOST,
+    DIAMETER_MM,
+    LEAST_POINTS,
+    OFF_ROLLERS_MM,
+    OFF_ROLLERS_SHARE,
+    SIDES,
+    WEAK_CONTRAST,
+)
+from vision.sizing.region_grid import Outline, RegionGrid
+from vision.sizing.tangent.cylinder_fit import CylinderFit, fit_cylinder
+from vision.sizing.tangent.edge_points import EdgePoints
+from vision.sizing.tangent.limb_finder import LimbFinder, LimbPoints, RoughLimb
+from vision.sizing.tangent.tangent_planes import TangentPlane, rough_cylinder
+from vision.sizing.tangent.uncertainty_budget import Budget, uncertainty_budget
+
+Image = NDArray[np.uint8]
+Array = NDArray[np.float64]
+Result = TypeVar("Result")
+
+WINDOW_MM = 20.0  # one strip along the bar
+WINDOW_AGREES_PX = 0.5  # how far the median of a window's edge points may be off on any limb
+HIDDEN = 0.4  # of what the best limb shows: a limb that shows less is left out, three are enough
+LEAST_LIMBS = 3
+LEAST_COVERED = 0.5  # of the region, by the bar
+ENDS_MM = 10.0  # from the region's end: a bar that ends further inside shows its head or its tail
+BIN_MM = 5.0
+END_AGREES_PX, LIMBS_AT_END = 0.5, 2  # what makes a bin part of the bar: edge points of two limbs
+WORST_LIMB_PX = 1.5  # how far the middle one of a limb's windows may be off the cylinder
+UNKNOWN = (np.nan, np.nan)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _View:
+    """What is prepared once for one camera."""
+
+    camera: Camera
+    grid: RegionGrid
+    finder: LimbFinder
+
+    def rough_limbs(self, picture: Image, outline: Outline) -> list[RoughLimb]:
+        """Both limbs of a bar, at smaller and at larger x."""
+        lines = outline.left, outline.right
+        return [self.finder.roughly(picture, line, side) for line, side in zip(lines, SIDES, strict=True)]
+
+
+class TangentGauge:
+    """Measures one bar with a calibrated rig by route T.
+
+    Parameters
+    ----------
+    rig : Rig
+    ovality_mm : float
+        Greatest minus least width of a section that the product may have.
+
+    Raises
+    ------
+    ValueError
+        The rig has no world frame, or a camera does not see the measuring region.
+    """
+
+    def __init__(self, rig: Rig, ovality_mm: float = 0.0) -> None:
+        if not rig.has_world:
+            raise ValueError("the rig has no world frame: calibrate with the registration pictures of the low board")
+        self.rig = rig
+        self._ovality_mm = ovality_mm
+        self._decode = decoding_table(rig.response)
+        self._views = [
+            _View(
+                camera,
+                RegionGrid(camera, rig.region_y_mm),
+                LimbFinder(index, camera, self._decode, rig.region_y_mm),
+            )
+            for index, camera in enumerate((rig.left, rig.right))
+        ]
+        self._beside = ThreadPoolExecutor(1)  # one view there, the other one here
+
+    def measure(self, left: Image, right: Image) -> SizeReading:
+        """Diameter of the bar in one pair of pictures.
+
+        Parameters
+        ----------
+        left, right : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+            Raw pictures, grey or blue-green-red.
+
+        Returns
+        -------
+        SizeReading
+            Without a value: `no_bar`, `one_camera`, `several_bars`, `bar_too_short`, `edge_not_found`,
+            `edges_clipped`, `fit_failed`, `views_disagree`, `implausible`. With a value: `some_edges_clipped`,
+            `low_contrast`, `few_windows`, `limb_hidden`, `bar_head`, `bar_tail`.
+
+        Raises
+        ------
+        ValueError
+            A picture is not 8 bit, not grey or three-channel, or not of the size that the rig was calibrated for.
+        """
+        found = self.find(left, right)
+        return SizeReading(reasons=found) if isinstance(found, Reason) else self.measure_bar(left, right, found)
+
+    def find(self, left: Image, right: Image) -> tuple[Outline, Outline] | Reason:
+        """Where the one bar is in each view, roughly, or why there is none to be measured.
+
+        Parameters
+        ----------
+        left, right : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+
+        Returns
+        -------
+        tuple of two Outline, or Reason
+            `no_bar`, `one_camera`, `several_bars`.
+
+        Raises
+        ------
+        ValueError
+            As `measure`.
+        """
+        pictures = self._checked(left, right)
+        found = self._both(lambda index: self._views[index].grid.bars(pictures[index], self._decode))
+        count = [len(outlines) for outlines in found]
+        if max(count) == 0:
+            return Reason.NO_BAR
+        if min(count) == 0:
+            return Reason.ONE_CAMERA
+        return Reason.SEVERAL_BARS if max(count) > 1 else (found[0][0], found[1][0])
+
+    def measure_bar(
+        self, left: Image, right: Image, outlines: tuple[Outline, Outline], moved_px: tuple[float, float] = UNKNOWN
+    ) -> SizeReading:
+        """Diameter of a bar that `find` found; reasons and errors as in `measure`.
+
+        Parameters
+        ----------
+        left, right : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        outlines : tuple of two Outline
+        moved_px : tuple of float
+            How far each picture has moved since the calibration; NaN where nobody knows.
+        """
+        pictures = self._checked(left, right)
+        rough = self._both(lambda index: self._views[index].rough_limbs(pictures[index], outlines[index]))
+        planes = self._planes([*rough[0], *rough[1]])
+        cylinder = rough_cylinder([plane for plane in planes if plane is not None])
+        if cylinder is None:
+            return SizeReading(reasons=Reason.EDGE_NOT_FOUND)
+        limbs = self._limbs(pictures, planes, cylinder)
+        shown = _shown(limbs)
+        reasons = _reasons_of_limbs(limbs, shown)
+        if reasons.forbids_value:
+            return _with_light(SizeReading(reasons=reasons), limbs)
+        return _with_light(self._read([limbs[index] for index in shown], cylinder, reasons, moved_px), limbs)
+
+    def _checked(self, left: Image, right: Image) -> tuple[Image, Image]:
+        first, second = self._views
+        return _checked("left", left, first.camera), _checked("right", right, second.camera)
+
+    def _both(self, work: Callable[[int], Result]) -> tuple[Result, Result]:
+        """Work for both views at the same time."""
+        left = self._beside.submit(work, 0)
+        right = work(1)
+        return left.result(), right
+
+    def _planes(self, rough: list[RoughLimb]) -> list[TangentPlane | None]:
+        """Tangent planes of the four limbs; None for those that are hidden."""
+        least = HIDDEN * max(limb.seen for limb in rough)
+        return [
+            TangentPlane.through(self._views[index // 2].camera.centre_mm, limb.line, SIDES[index % 2])
+            if limb.seen > least
+            else None
+            for index, limb in enumerate(rough)
+        ]
+
+    def _limbs(
+        self, pictures: tuple[Image, Image], planes: list[TangentPlane | None], cylinder: Array
+    ) -> list[LimbPoints]:
+        """Edge points of the four limbs, a hidden one where the others say that it must be."""
+        region = np.array(self.rig.region_y_mm)
+
+        def of_view(index: int) -> list[LimbPoints]:
+            view, limbs = self._views[index], []
+            for place, side in enumerate(SIDES):
+                plane = planes[2 * index + place]
+                plane = plane or TangentPlane.touching(view.camera.centre_mm, cylinder, side)
+                first_mm, last_mm = np.sort(plane.places_mm(cylinder, region)).tolist()
+                limbs.append(view.finder.finely(pictures[index], plane.line, side, (first_mm, last_mm)))
+            return limbs
+
+        left, right = self._both(of_view)
+        return left + right
+
+    def _stations(self, limb: LimbPoints, cylinder: Array) -> Array:
+        plane = TangentPlane.touching(self._views[limb.view].camera.centre_mm, cylinder, limb.side)
+        return plane.stations_mm(cylinder, limb.place_mm)
+
+    def _read(
+        self, limbs: list[LimbPoints], cylinder: Array, reasons: Reason, moved_px: tuple[float, float]
+    ) -> SizeReading:
+        region = self.rig.region_y_mm
+        stations = [self._stations(limb, cylinder) for limb in limbs]
+        points = EdgePoints.of_limbs(limbs, stations, region[0], WINDOW_MM)
+        fit = fit_cylinder(points.rays(self.rig), cylinder)
+        if fit is None:
+            return SizeReading(reasons=reasons | Reason.FIT_FAILED)
+        total = round((region[1] - region[0]) / WINDOW_MM)
+        window_px = points.window_medians(fit.residual_px, total)
+        kept = int(np.count_nonzero(np.all(np.abs(window_px) <= WINDOW_AGREES_PX, axis=0)))
+        reasons |= _reasons_of_fit(fit, window_px, region) | _reasons_of_ends(fit, points, region)
+        if 2 * kept < total:
+            reasons |= Reason.FEW_WINDOWS
+        if reasons.forbids_value:
+            return SizeReading(reasons=reasons, windows_kept=kept, windows_total=total)
+        budget = uncertainty_budget(fit, points, self.rig, limbs, ovality_mm=self._ovality_mm, moved_px=moved_px)
+        return _reading(fit, budget, reasons, kept, total)
+
+
+def _checked(name: str, image: Image, camera: Camera) -> Image:
+    """Return the picture with an axis of channels, contiguous."""
+    if image.dtype != np.uint8 or not (image.ndim == 2 or (image.ndim == 3 and image.shape[2] == 3)):
+        raise ValueError(f"{name}: a uint8 picture, grey or with three channels, is needed")
+    size = (image.shape[1], image.shape[0])
+    if size != camera.image_size:
+        raise ValueError(
+            f"{name}: the picture is {size[0]} x {size[1]}, "
+            f"the rig was calibrated for {camera.image_size[0]} x {camera.image_size[1]}"
+        )
+    return np.ascontiguousarray(image if image.ndim == 3 else image[:, :, None])
+
+
+def _with_light(reading: SizeReading, limbs: list[LimbPoints]) -> SizeReading:
+    """Add how the limbs are exposed, whether or not they can be measured."""
+    bright = [float(np.median(limb.bright)) for limb in limbs if len(limb.bright)]
+    return replace(
+        reading,
+        clipped_share=max(limb.clipped_share for limb in limbs),
+        limb_light=min(bright, default=float("nan")),
+    )
+
+
+def _shown(limbs: list[LimbPoints]) -> list[int]:
+    """Numbers of the limbs that show enough of the bar."""
+    share = np.array([len(limb.place_mm) / limb.tried for limb in limbs])
+    enough = (share >= HIDDEN * share.max()) & np.array([len(limb.place_mm) >= LEAST_POINTS for limb in limbs])
+    return np.flatnonzero(enough).tolist()
+
+
+def _reasons_of_limbs(limbs: list[LimbPoints], shown: list[int]) -> Reason:
+    reasons = Reason.NONE
+    if len(shown) < LEAST_LIMBS:
+        lost = [limb for index, limb in enumerate(limbs) if index not in shown]
+        clipped = any(limb.clipped_share > CLIPPED_MOST for limb in lost)
+        return Reason.EDGES_CLIPPED if clipped else Reason.EDGE_NOT_FOUND
+    if len(shown) < len(limbs):
+        reasons |= Reason.LIMB_HIDDEN
+    for index in shown:
+        if np.median(limbs[index].bright) < WEAK_CONTRAST * np.median(limbs[index].dark):
+            reasons |= Reason.LOW_CONTRAST
+    if any(limb.clipped_share > CLIPPED_FEW for limb in limbs):
+        reasons |= Reason.SOME_EDGES_CLIPPED
+    return reasons
+
+
+def _reasons_of_ends(fit: CylinderFit, points: EdgePoints, region_y_mm: tuple[float, float]) -> Reason:
+    """Whether the bar ends in the region, and too early to be measured."""
+    edges = np.arange(region_y_mm[0], region_y_mm[1] + BIN_MM / 2, BIN_MM)
+    good = np.abs(fit.residual_px) < END_AGREES_PX
+    limbs = [points.station_mm[good & (points.limb == limb)] for limb in range(points.limb.max() + 1)]
+    showing = np.sum([np.histogram(stations, edges)[0] > 0 for stations in limbs], axis=0)
+    shown, sure = np.flatnonzero(showing), np.flatnonzero(showing >= LIMBS_AT_END)
+    if not sure.size:
+        return Reason.EDGE_NOT_FOUND
+    first_mm, last_mm = edges[shown[0]], edges[shown[-1] + 1]
+    reasons = Reason.NONE
+    if last_mm < region_y_mm[1] - ENDS_MM:
+        reasons |= Reason.BAR_HEAD
+    if first_mm > region_y_mm[0] + ENDS_MM:
+        reasons |= Reason.BAR_TAIL
+    if edges[sure[-1]] - edges[sure[0]] < LEAST_COVERED * (region_y_mm[1] - region_y_mm[0]):
+        reasons |= Reason.BAR_TOO_SHORT
+    return reasons
+
+
+def _reasons_of_fit(fit: CylinderFit, window_px: Array, region_y_mm: tuple[float, float]) -> Reason:
+    _, z0, _, slope_z, radius_mm = fit.parameters
+    reasons = Reason.NONE
+    if np.abs(np.nanmedian(window_px, axis=1)).max() > WORST_LIMB_PX:
+        reasons |= Reason.VIEWS_DISAGREE
+    end_mm = np.abs(np.array(region_y_mm) * slope_z + z0 - radius_mm).max()
+    on_rollers = end_mm <= OFF_ROLLERS_SHARE * 2 * radius_mm + OFF_ROLLERS_MM
+    if not (DIAMETER_MM[0] <= 2 * radius_mm <= DIAMETER_MM[1] and on_rollers):
+        reasons |= Reason.IMPLAUSIBLE
+    return reasons
+
+
+def _reading(fit: CylinderFit, budget: Budget, reasons: Reason, kept: int, total: int) -> SizeReading:
+    x0, z0, _, _, _ = fit.parameters
+    return SizeReading(
+        diameter_mm=fit.diameter_mm,
+        expanded_uncertainty_mm=budget.expanded_mm,
+        reasons=reasons,
+        windows_kept=kept,
+        windows_total=total,
+        axis_height_mm=float(z0),
+        offset_mm=float(x0),
+        u_edge_mm=budget.edge_mm,
+        u_calibration_mm=budget.calibration_mm,
+        u_board_mm=budget.board_mm,
+        u_light_mm=budget.light_mm,
+        u_shape_mm=budget.shape_mm,
+        u_model_mm=budget.model_mm,
+    )

@@ -1,0 +1,250 @@
+"""One limb of the bar in one view: sub-pixel edge points along it, on raw pixels.
+
+A limb is a straight line in the undistorted view, and so on any plane; it is kept as x(y) on the grid's plane.
+Profiles run across it from the dark side to the bar.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.edges.profiles import sample_profiles
+from vision.edges.shaded import shaded_crossings
+from vision.edges.subpixel import even_profiles, fitted_edges, half_level_crossing
+from vision.geometry.camera import Camera
+from vision.geometry.consensus_line import consensus_line
+from vision.sizing.limits import CLIPPED_CODE, CLIPPED_FEW, FIRST_BLUR_PX, LEAST_POINTS
+from vision.sizing.region_grid import PLANE_HEIGHT_MM
+
+Array = NDArray[np.float64]
+Picture = NDArray[np.uint8]
+
+ROUGH_SPACING_PX = 4.0
+SPACING_PX = 1.0  # along the limb: each point then has its own pixels
+STEP_PX = 0.25  # along a profile
+SEARCH_PX = 12.0  # half length of the first profiles: the grid knows the limb to a few pixels
+REFINE_PX = 9.0  # half length of the second ones, around a straight line
+INSIDE_PX = 8.0  # from the rough limb: surely on the bar
+AGREES_PX = 1.0  # from a straight line, for a point of the first pass
+
+SEARCH = np.arange(-SEARCH_PX, SEARCH_PX + STEP_PX, STEP_PX)
+REFINE = np.arange(-REFINE_PX, REFINE_PX + STEP_PX, STEP_PX)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LimbPoints:
+    """Edge points along one limb, n of them, none clipped.
+
+    Attributes
+    ----------
+    view : int
+        0 left, 1 right camera.
+    side : int
+        -1 for the limb at smaller x, +1 for the other.
+    point_px : ndarray of float64, shape (n, 2)
+        (x, y) in the raw picture.
+    place_mm : ndarray of float64, shape (n,)
+        y of each on the limb's line on the grid's plane.
+    dark, bright : ndarray of float64, shape (n,)
+        Light on either side of the edge, 0 to 1.
+    blur_px : float
+        Standard deviation of the edge's blur; NaN without points.
+    shading_px : float
+        How far the edge was moved because the bar is darker at its limb.
+    uneven_share : float
+        Share of the profiles that cross a patch on the bar.
+    clipped_share : float
+        Share of the points found that were overexposed and left out.
+    tried : int
+        Profiles that were sampled.
+    """
+
+    view: int
+    side: int
+    point_px: Array
+    place_mm: Array
+    dark: Array
+    bright: Array
+    blur_px: float
+    shading_px: float
+    uneven_share: float
+    clipped_share: float
+    tried: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RoughLimb:
+    """A limb to within a pixel.
+
+    Attributes
+    ----------
+    line : ndarray of float64, shape (2,)
+        x(y) on the grid's plane: slope and intercept, mm.
+    seen : float
+        Share of its profiles that agree with the line.
+    """
+
+    line: Array
+    seen: float
+
+
+class LimbFinder:
+    """Locates limbs in the pictures of one camera.
+
+    Parameters
+    ----------
+    view : int
+        0 for the left camera, 1 for the right one.
+    camera : Camera
+    decode : ndarray of float32, shape (256,)
+        Light of every code value.
+    region_y_mm : tuple of float
+        Measuring region along the rolling direction.
+    """
+
+    def __init__(
+        self, view: int, camera: Camera, decode: NDArray[np.float32], region_y_mm: tuple[float, float]
+    ) -> None:
+        self._view = view
+        self._camera = camera
+        self._decode = decode
+        self._region_y_mm = region_y_mm
+
+    def roughly(self, picture: Picture, line: Array, side: int) -> RoughLimb:
+        """Straight line of a limb that the grid knows to a few pixels.
+
+        Parameters
+        ----------
+        picture : ndarray of uint8, shape (rows, columns, channels)
+            Raw picture.
+        line : ndarray of float64, shape (2,)
+            x(y) on the grid's plane: slope and intercept, mm.
+        side : int
+            -1 for the limb at smaller x, +1 for the other.
+
+        Returns
+        -------
+        RoughLimb
+            Nothing seen where there are too few points.
+        """
+        point, normal, y_mm = self._across(line, side, self._region_y_mm, ROUGH_SPACING_PX)
+        channel = int(np.argmax(self._brightness(picture, point, normal)))
+        profile = sample_profiles(picture, channel, self._decode, point, normal, SEARCH)
+        place = half_level_crossing(profile, SEARCH, FIRST_BLUR_PX).place_px
+        found = np.isfinite(place)
+        if np.count_nonzero(found) < LEAST_POINTS:
+            return RoughLimb(line, 0.0)
+        x_mm, on_line_mm = self._on_plane(point[found] + place[found, None] * normal[found]).T[:2]
+        pixel_mm = (
+            float(np.linalg.norm(self._camera.centre_mm - [line[1], 0.0, PLANE_HEIGHT_MM])) / self._camera.K[0, 0]
+        )
+        fitted, agrees = consensus_line(on_line_mm, x_mm, AGREES_PX * pixel_mm)
+        return RoughLimb(fitted, np.count_nonzero(agrees) / len(y_mm))
+
+    def finely(self, picture: Picture, line: Array, side: int, span_mm: tuple[float, float]) -> LimbPoints:
+        """Edge points along a limb that is known to within a pixel.
+
+        Parameters
+        ----------
+        picture : ndarray of uint8, shape (rows, columns, channels)
+            Raw picture.
+        line : ndarray of float64, shape (2,)
+            x(y) on the grid's plane: slope and intercept, mm.
+        side : int
+            -1 for the limb at smaller x, +1 for the other.
+        span_mm : tuple of float
+            From where to where along the line.
+
+        Returns
+        -------
+        LimbPoints
+            From the brightest colour channel that is not overexposed along the limb, else from the one that is
+            least overexposed.
+        """
+        point, normal, y_mm = self._across(line, side, span_mm, SPACING_PX)
+        tried: list[LimbPoints] = []
+        for channel in np.argsort(-self._brightness(picture, point, normal)):
+            profile = sample_profiles(picture, int(channel), self._decode, point, normal, REFINE)
+            tried.append(self._points(profile, point, normal, y_mm, side))
+            if tried[-1].clipped_share <= CLIPPED_FEW:
+                break
+        return min(tried, key=lambda limb: limb.clipped_share)
+
+    def _points(self, profile: Array, point: Array, normal: Array, y_mm: Array, side: int) -> LimbPoints:
+        shaded = shaded_crossings(profile, REFINE, FIRST_BLUR_PX)
+        if shaded is None:
+            return self._nothing(side, len(y_mm))
+        crossings, blur_px = shaded.crossings, shaded.blur_px
+        even = even_profiles(profile, REFINE, crossings, blur_px)
+        if not even.size:
+            return self._nothing(side, len(y_mm))
+        place, step, uneven_share = fitted_edges(profile, REFINE, crossings, even, blur_px)
+        bright = crossings.dark + step
+        found = np.isfinite(place)
+        clipped = np.maximum(bright, crossings.bright) >= self._decode[CLIPPED_CODE]
+        kept = found & ~clipped
+        share = np.count_nonzero(found & clipped) / max(1, np.count_nonzero(found))
+        if np.count_nonzero(kept) < LEAST_POINTS:
+            return self._nothing(side, len(y_mm), share)
+        return LimbPoints(
+            view=self._view,
+            side=side,
+            point_px=(point + place[:, None] * normal)[kept],
+            place_mm=y_mm[kept],
+            dark=crossings.dark[kept],
+            bright=bright[kept],
+            blur_px=blur_px,
+            shading_px=float(np.nanmedian((crossings.place_px - shaded.unshaded_px)[kept])),
+            uneven_share=uneven_share,
+            clipped_share=share,
+            tried=len(y_mm),
+        )
+
+    def _nothing(self, side: int, tried: int, clipped_share: float = 0.0) -> LimbPoints:
+        none = np.empty(0)
+        return LimbPoints(self._view, side, np.empty((0, 2)), none, none, none, np.nan, 0.0, 0.0, clipped_share, tried)
+
+    def _brightness(self, picture: Picture, point: Array, normal: Array) -> Array:
+        """Median code value of each channel just inside the limb, shape (channels,)."""
+        inside = np.rint(point[::8] + INSIDE_PX * normal[::8])
+        rows, columns = picture.shape[:2]
+        seen = np.all((inside >= 0) & (inside < [columns, rows]), axis=1)
+        x, y = inside[seen].astype(int).T
+        return np.median(picture[y, x], axis=0) if seen.any() else np.zeros(picture.shape[2])
+
+    def _across(
+        self, line: Array, side: int, span_mm: tuple[float, float], spacing_px: float
+    ) -> tuple[Array, Array, Array]:
+        """Points along a line on the plane, the unit vectors from there into the bar, and their y."""
+        ends_y_mm = np.array(span_mm)
+        ends = self._project(_at(line, ends_y_mm), ends_y_mm)
+        length_px = float(np.linalg.norm(ends[1] - ends[0]))
+        count = max(2, int(length_px / spacing_px)) if np.isfinite(length_px) else 2
+        y_mm = np.linspace(*span_mm, count)
+        x_mm = _at(line, y_mm)
+        point, ahead, inward = np.split(
+            self._project(
+                np.concatenate([x_mm, _at(line, y_mm + 1.0), x_mm - side]), np.concatenate([y_mm, y_mm + 1.0, y_mm])
+            ),
+            3,
+        )
+        along = _unit(ahead - point)
+        into = inward - point
+        return point, _unit(into - np.sum(into * along, axis=1, keepdims=True) * along), y_mm
+
+    def _project(self, x_mm: Array, y_mm: Array) -> Array:
+        return self._camera.project(np.column_stack([x_mm, y_mm, np.full(len(y_mm), PLANE_HEIGHT_MM)]))
+
+    def _on_plane(self, point_px: Array) -> Array:
+        centre, direction = self._camera.centre_mm, self._camera.rays(point_px)
+        reach = (PLANE_HEIGHT_MM - centre[2]) / direction[:, 2]
+        return centre + reach[:, None] * direction
+
+
+def _at(line: Array, y_mm: Array) -> Array:
+    return line[0] * y_mm + line[1]
+
+
+def _unit(vector: Array) -> Array:
+    return vector / np.linalg.norm(vector, axis=1, keepdims=True)

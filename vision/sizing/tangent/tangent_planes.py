@@ -1,0 +1,107 @@
+"""The cylinder to a few millimetres, from its limbs as straight lines on the grid's plane.
+
+It tells where along the bar each limb is touched, and where a limb must be that its own view does not show.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.sizing.region_grid import PLANE_HEIGHT_MM
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TangentPlane:
+    """Plane through a camera's centre that touches the bar along one limb.
+
+    Attributes
+    ----------
+    centre_mm : ndarray of float64, shape (3,)
+    normal : ndarray of float64, shape (3,)
+        Unit vector, towards smaller x.
+    side : int
+        -1 for the limb at smaller x, +1 for the other.
+    """
+
+    centre_mm: Array
+    normal: Array
+    side: int
+
+    @classmethod
+    def through(cls, centre_mm: Array, line: Array, side: int) -> "TangentPlane":
+        """Plane through a line x(y) on the grid's plane."""
+        on_line = np.array([[line[0] * y + line[1], y, PLANE_HEIGHT_MM] for y in (-250.0, 250.0)])
+        normal = np.cross(*(on_line - centre_mm))
+        return cls(centre_mm, normal * (-np.sign(normal[0]) / np.linalg.norm(normal)), side)
+
+    @classmethod
+    def touching(cls, centre_mm: Array, cylinder: Array, side: int) -> "TangentPlane":
+        """Plane that touches a cylinder on one side."""
+        axis, u, R = _axis(cylinder)
+        away = axis - centre_mm
+        away = away - (away @ u) * u
+        distance = float(np.linalg.norm(away))
+        e = away / distance
+        sine = min(R / distance, 1.0)
+        across = np.cross(u, e)
+        across = across * -np.sign(across[0])
+        return cls(centre_mm, side * sine * e + np.sqrt(1 - sine**2) * across, side)
+
+    @property
+    def line(self) -> Array:
+        """Where it cuts the grid's plane: slope and intercept of x(y)."""
+        n, C = self.normal, self.centre_mm
+        return np.array([-n[1] / n[0], C[0] + (n[1] * C[1] - n[2] * (PLANE_HEIGHT_MM - C[2])) / n[0]])
+
+    def stations_mm(self, cylinder: Array, y_mm: Array) -> Array:
+        """Return y of the points of the bar that are seen at places y of the line, shape (n,)."""
+        axis, u, _ = _axis(cylinder)
+        line = self.line
+        seen = np.column_stack([line[0] * y_mm + line[1], y_mm, np.full(len(y_mm), PLANE_HEIGHT_MM)]) - self.centre_mm
+        across = np.cross(self.normal, u)
+        reach = ((axis - self.centre_mm) @ across) / (seen @ across)
+        return ((reach * (seen @ u)) - (axis - self.centre_mm) @ u) * u[1]
+
+    def places_mm(self, cylinder: Array, stations_mm: Array) -> Array:
+        """Places y of the line at which points of the bar at given y are seen, shape (n,)."""
+        axis, u, R = _axis(cylinder)
+        touched = axis - self.side * R * self.normal + np.outer(stations_mm / u[1], u)
+        onward = touched - self.centre_mm
+        return self.centre_mm[1] + onward[:, 1] * (PLANE_HEIGHT_MM - self.centre_mm[2]) / onward[:, 2]
+
+
+def rough_cylinder(planes: list[TangentPlane]) -> Array | None:
+    """Cylinder that tangent planes touch, in the least squares.
+
+    The axis direction u is the smallest singular vector of the stacked normals; then n_i . (p - C_i) = s_i R is linear
+    in the axis point p and R.
+
+    Parameters
+    ----------
+    planes : list of TangentPlane
+
+    Returns
+    -------
+    ndarray of float64, shape (5,), or None
+        x0, z0, dx/dy, dz/dy, R; None with fewer than three planes, or without a cylinder.
+    """
+    if len(planes) < 3:
+        return None
+    normals = np.array([plane.normal for plane in planes])
+    u = np.linalg.svd(normals)[2][2]
+    if abs(u[1]) < 0.5:
+        return None
+    offsets = np.array([plane.normal @ plane.centre_mm for plane in planes])
+    design = np.column_stack([normals[:, 0], normals[:, 2], [-plane.side for plane in planes]])
+    x0, z0, R = np.linalg.lstsq(design, offsets, rcond=None)[0]
+    return np.array([x0, z0, u[0] / u[1], u[2] / u[1], R]) if R > 0 else None
+
+
+def _axis(cylinder: Array) -> tuple[Array, Array, float]:
+    """Point and unit direction of the axis, radius."""
+    x0, z0, slope_x, slope_z, R = cylinder
+    u = np.array([slope_x, 1.0, slope_z])
+    return np.array([x0, 0.0, z0]), u / np.linalg.norm(u), float(R)

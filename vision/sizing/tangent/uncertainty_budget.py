@@ -1,0 +1,161 @@
+"""The uncertainty of a diameter by route T, part by part (GUM, JCGM 100:2008, 5.1.2)."""
+
+import math
+from dataclasses import astuple, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import special
+
+from vision.calibration.bundle_adjustment import N_CAMERA, project_with_slopes
+from vision.calibration.rig import Rig
+from vision.geometry.camera import CAMERA_PARAMETERS
+from vision.sizing.tangent.cylinder_fit import CylinderFit, touched_points
+from vision.sizing.tangent.edge_points import EdgePoints
+from vision.sizing.tangent.limb_finder import LimbPoints
+
+Array = NDArray[np.float64]
+
+OMEGA = slice(CAMERA_PARAMETERS.index("omega_x"), CAMERA_PARAMETERS.index("omega_z") + 1)
+TRANSLATION = slice(CAMERA_PARAMETERS.index("t_x"), CAMERA_PARAMETERS.index("t_z") + 1)
+HEIGHT_FREE_MM = 1.5  # how far a bar at rest may lie off the rollers in the world frame of a good calibration
+
+U_EXPONENT = 0.01  # relative, of the camera's response: how far a power law of its code values may be off
+U_PLACE_PX = 0.01  # of a whole limb: what a perfect-looking edge may still be off
+U_SHADING = 0.25  # relative, of the shift that allows for a bar that is darker at its limb
+GROSS_ERROR_SENSITIVITY = 1.7  # of the biweight, in standard deviations (Huber, ISBN 0-471-41805-6, 4.3)
+FOREIGN_MOST = 0.8  # share of a limb's points that is taken for foreign at most
+CLIPPED_SHIFT_PX = 0.5  # how far an overexposed edge moves outwards
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """Parts of the standard uncertainty (k = 1) of the diameter, mm."""
+
+    edge_mm: float
+    calibration_mm: float
+    board_mm: float
+    light_mm: float
+    shape_mm: float
+    model_mm: float
+
+    @property
+    def expanded_mm(self) -> float:
+        """U = 2 u, u the root sum of squares of the parts."""
+        return 2 * float(np.sqrt(sum(part**2 for part in astuple(self))))
+
+
+def uncertainty_budget(
+    fit: CylinderFit,
+    points: EdgePoints,
+    rig: Rig,
+    limbs: list[LimbPoints],
+    *,
+    ovality_mm: float,
+    moved_px: tuple[float, float],
+) -> Budget:
+    """All parts of the diameter's uncertainty.
+
+    Parameters
+    ----------
+    fit : CylinderFit
+    points : EdgePoints
+        What was fitted.
+    rig : Rig
+    limbs : list of LimbPoints
+        In the order of `points.limb`.
+    ovality_mm : float
+        Greatest minus least width that the section may have.
+    moved_px : tuple of float
+        How far the pictures have moved since the calibration; NaN where nobody knows.
+
+    Returns
+    -------
+    Budget
+        `edge`: scatter of the points, correlation within windows counted. `calibration`: the rig's covariance,
+        propagated through the fit. `board`: the board's scale. `light`: the camera's response and overexposed
+        points. `shape`: a section that is not round. `model`: limbs that lie off as a whole.
+    """
+    reach_mm = np.array([_reach_mm(fit, points, limb) for limb in range(len(limbs))])
+    shift_px = np.array([_response_shift_px(one) for one in limbs])
+    clipped_px = np.array([CLIPPED_SHIFT_PX * one.clipped_share for one in limbs])
+    off_px = np.array([_off_px(fit, points, index, limb) for index, limb in enumerate(limbs)])
+    return Budget(
+        edge_mm=fit.u_diameter_mm,
+        calibration_mm=_calibration_mm(fit, points, rig, moved_px),
+        board_mm=fit.diameter_mm * rig.square_relative_u,
+        # response and overexposure move all limbs the same way, a limb's own fault only that limb
+        light_mm=float(np.hypot(reach_mm @ shift_px, reach_mm @ clipped_px)),
+        shape_mm=ovality_mm / (2 * math.sqrt(3)),
+        model_mm=float(np.hypot(np.linalg.norm(reach_mm * off_px), _off_rollers_mm(fit, rig))),
+    )
+
+
+def _reach_mm(fit: CylinderFit, points: EdgePoints, limb: int) -> float:
+    """Growth of the diameter when a whole limb moves outwards by one pixel."""
+    mine = points.limb == limb
+    return float(-2 * np.sum(fit.gain[4, mine] / fit.pixel_per_mm[mine]))
+
+
+def _response_shift_px(limb: LimbPoints) -> float:
+    """How far half level moves when code values follow light with an exponent that is off by `U_EXPONENT`."""
+    k = 1 + U_EXPONENT
+    dark = float(np.median(limb.dark / limb.bright))
+    level = ((1 + dark**k) / 2) ** (1 / k)
+    return float(limb.blur_px * special.ndtri((level - dark) / (1 - dark)))
+
+
+def _off_rollers_mm(fit: CylinderFit, rig: Rig) -> float:
+    """What an axis that is not R above the rollers leaves in doubt.
+
+    The bar may hop, or a camera may have moved sideways, which edges cannot show: the bar then appears nearer or
+    further by that height h, and its diameter off by D h / Z. It is either that error or none: the divisor is that of a
+    distribution with its mass at both ends (arc sine).
+    """
+    height_mm = abs(float(fit.parameters[1] - fit.parameters[4]))
+    if height_mm < HEIGHT_FREE_MM:
+        return 0.0
+    depth_mm = min(float(np.linalg.norm(camera.centre_mm)) for camera in (rig.left, rig.right))
+    return fit.diameter_mm * height_mm / depth_mm / math.sqrt(2)
+
+
+def _off_px(fit: CylinderFit, points: EdgePoints, index: int, limb: LimbPoints) -> float:
+    """How far a limb may be off as a whole.
+
+    It is the root sum of squares of what a perfect edge may be off, of the doubt in the correction for shading, of
+    how far the limb lies off the cylinder, and of the largest bias e / (1 - e) x 1.7 sigma that a share e of foreign
+    points gives a biweight, taken as the half width of a rectangular distribution.
+    """
+    mine = points.limb == index
+    agreeing = fit.weight[mine] > 0
+    middle_px = float(np.median(fit.residual_px[mine][agreeing])) if agreeing.any() else 0.0
+    foreign = min(1 - float(fit.weight[mine].mean()), FOREIGN_MOST)
+    bias_px = GROSS_ERROR_SENSITIVITY * fit.scale_px * foreign / (1 - foreign) / np.sqrt(3)
+    return float(np.linalg.norm([U_PLACE_PX, U_SHADING * limb.shading_px, middle_px, bias_px]))
+
+
+def _calibration_mm(fit: CylinderFit, points: EdgePoints, rig: Rig, moved_px: tuple[float, float]) -> float:
+    """The rig's covariance through one linear step of the fit; one point stands for each window of a limb.
+
+    When a camera changes a little, a limb moves in its picture as the point does that is seen there on the bar: the
+    tangent planes envelope the bar, so the touched point's own way along them does not count.
+    """
+    strips = points.limb * (points.window.max() + 1) + points.window
+    _, first, index, count = np.unique(strips, return_index=True, return_inverse=True, return_counts=True)
+    middle = points.only(first + count // 2)
+    # growth of the diameter per pixel by which all points of a strip move outwards
+    growth_mm = -2 * np.bincount(index, fit.gain[4] / fit.pixel_per_mm)
+    touched_mm, outwards = touched_points(fit.parameters, middle.rays(rig))
+    slope, moved_mm2 = np.zeros(2 * N_CAMERA), 0.0
+    for view, camera in enumerate((rig.left, rig.right)):
+        mine = middle.view == view
+        _, by_camera, by_point = project_with_slopes(camera, touched_mm[mine])
+        normal = np.einsum("nij,nj->ni", by_point, outwards[mine])
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        # a camera that shows the bar further outwards makes the points that were found lie further inwards
+        slope[view * N_CAMERA :][:N_CAMERA] = -np.einsum("n,ni,nij->j", growth_mm[mine], normal, by_camera)
+        # a camera that has moved may have turned that far about any axis through its own centre: t turns too
+        mine = slope[view * N_CAMERA :][:N_CAMERA]
+        turn_mm = mine[OMEGA] + np.cross(camera.t, mine[TRANSLATION])
+        moved_mm2 += float(np.sum((np.nan_to_num(moved_px[view]) / camera.K[0, 0] * turn_mm) ** 2))
+    return float(np.sqrt(max(slope @ rig.covariance @ slope, 0.0) + moved_mm2))

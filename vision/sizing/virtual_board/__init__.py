@@ -1,0 +1,1 @@
+"""Route V: the diameter by virtual boards, the dissertation's own route with corrections."""

@@ -1,0 +1,67 @@
+"""A pair of views aligned by one virtual board, and what is measured on the board's plane."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.alignment.height_search import Height
+from vision.alignment.quality import BarOutline
+from vision.alignment.view_alignment import Alignment
+from vision.geometry.homography import transformed
+from vision.sizing.virtual_board.random_regression import random_regression
+from vision.sizing.virtual_board.view_edges import ViewEdges
+
+Array = NDArray[np.float64]
+
+SAMPLES, TIMES = 4, 10  # S, which the source does not give, and T
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AlignedPair:
+    """Both views on the chosen board.
+
+    Attributes
+    ----------
+    alignment : Alignment
+    height : Height
+        Of the board.
+    edges : list of ViewEdges
+        Of the left and of the right view.
+    outline : BarOutline
+        Of the left view.
+    """
+
+    alignment: Alignment
+    height: Height
+    edges: list[ViewEdges]
+    outline: BarOutline
+
+    def to_plane(self, view: int) -> Array:
+        """Homography from a view's region to (x, y), mm, on the board's plane, as the left camera sees it."""
+        left = self.alignment.to_plane(self.height.height_mm)
+        return left if view == 0 else left @ self.alignment.right_to_left(self.height.height_mm)
+
+    def sampled_widths_mm(self, view: int, rng: np.random.Generator) -> Array:
+        """Mean over a window's rows of the distance of both edges on the plane, eq. 3.14, shape (windows, T)."""
+        first, second = self.edges[view].sides
+        windows, to_plane = len(first.row), self.to_plane(view)
+        window_rows = (self.alignment.left, self.alignment.right)[view].picture.shape[0] // windows
+        rows = np.arange(windows * window_rows, dtype=np.float64).reshape(windows, window_rows)
+        ends = []
+        for side in (first, second):
+            columns = random_regression(side, SAMPLES, TIMES, rng).at(rows)
+            ends.append(transformed(to_plane, np.stack([columns, np.broadcast_to(rows[:, None], columns.shape)], -1)))
+        return np.linalg.norm(ends[1] - ends[0], axis=-1).mean(axis=-1)
+
+    def section_frame(self) -> tuple[Array, float]:
+        """Cameras in the bar's section plane, shape (2, 2), and the place of the outline's middle across it, mm."""
+        to_plane = self.alignment.to_plane(self.height.height_mm)
+        first, second = (transformed(to_plane, edge[[0, -1]]) for edge in (self.outline.first, self.outline.second))
+        middle = 0.5 * (first + second)
+        along = (middle[1] - middle[0]) / np.linalg.norm(middle[1] - middle[0])
+        along = along if along[1] > 0 else -along
+        across = np.array([along[1], -along[0]])
+        rig = self.alignment.rig
+        centres = np.array([rig.left.centre_mm, rig.right.centre_mm])
+        return np.column_stack([centres[:, :2] @ across, centres[:, 2]]), float(middle[0] @ across)

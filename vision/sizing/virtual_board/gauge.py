@@ -1,0 +1,348 @@
+"""Route V: the diameter by virtual boards, the dissertation's own way, as printed and corrected.
+
+Boundaries of interest in both views; the virtual board on which the bar's two outlines agree; random regression in
+sliding windows; diameters on the plane of that board; windows whose weighted deviation jumps are discarded.
+"""
+
+import math
+from concurrent.futures import ThreadPoolExecutor
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.alignment.height_search import Height, HeightLoop, search_by_overlap
+from vision.alignment.quality import BarOutline, Quality
+from vision.alignment.view_alignment import Alignment
+from vision.alignment.virtual_boards import VirtualBoards
+from vision.calibration.rig import Rig
+from vision.edges.operators import EDGE_METHODS, EdgeMethod
+from vision.fusion.methods import METHODS, Method, fuse
+from vision.geometry.camera import Camera
+from vision.geometry.homography import transformed
+from vision.geometry.turned_region import Picture, Region, RegionSampler, picture_region, pixel_size_mm
+from vision.light import decoding_table
+from vision.reasons import Reason
+from vision.sizing.limits import CLIPPED_FEW, OFF_ROLLERS_MM, OFF_ROLLERS_SHARE
+from vision.sizing.region_grid import Outline, RegionGrid
+from vision.sizing.virtual_board.aligned_pair import AlignedPair
+from vision.sizing.virtual_board.reading import CORRECTED, Corrections, VirtualBoardReading
+from vision.sizing.virtual_board.tangent_crossing import Section, solve_section, tangent_cuts
+from vision.sizing.virtual_board.view_edges import MARGIN_PX, STRIP_PX, ViewEdges, edges_by_lines, edges_by_windows
+from vision.sizing.virtual_board.weighted_deviation import (
+    similarity_ratio,
+    trusted_windows,
+    weighted_deviation,
+    window_statistics,
+)
+
+Array = NDArray[np.float64]
+
+PRINTED_ROWS, ROWS = 5, 16  # H: the source's, on pictures 2704 wide; ours
+SEED = 9
+AREA_SMOOTHING = 0.1  # weight of a new frame in C
+LEAST_COVERED = 0.5  # share of the region's rows in which the bar must glow
+LEAST_WINDOWS = 0.2  # share that must be kept for a value
+DIAMETER_MM = (40.0, 500.0)
+WIDTHS_DIFFER_PX = 3.0  # the two views' widths, from what the tangents' model says
+QUALITY_SHORT = 2.0  # percent by which Q_R may fall short of what the model reaches on the rig
+PLACE_PX = 0.05  # of each edge as a whole
+WEAK_CONTRAST = 2.0
+CLIPPED_MOST = 0.5
+
+
+Fusion = Literal["none"] | Method
+FUSIONS: tuple[Fusion, ...] = ("none", *METHODS)
+
+
+class VirtualBoardGauge:
+    """Measures one bar with a calibrated rig by route V; keeps the board's height and C from frame to frame.
+
+    Parameters
+    ----------
+    rig : Rig
+    corrections : Corrections
+        `CORRECTED` or `AS_PRINTED`, or anything between.
+    edges : {"forest", "sobel", "prewitt", "roberts", "canny"}
+        Edge detector.
+    fusion : str
+        How the aligned pair is fused before windows are measured: "none", each view on its own, or a method of
+        `vision.fusion.methods`, the fused picture alone.
+
+    Raises
+    ------
+    ValueError
+        The rig has no world frame, a camera does not see the measuring region, or an option is unknown.
+    """
+
+    def __init__(
+        self,
+        rig: Rig,
+        *,
+        corrections: Corrections = CORRECTED,
+        edges: EdgeMethod = "forest",
+        fusion: Fusion = "none",
+    ) -> None:
+        if not rig.has_world:
+            raise ValueError("the rig has no world frame: calibrate with the registration pictures of the low board")
+        if edges not in EDGE_METHODS:
+            raise ValueError(f"edges: {edges!r} is none of {', '.join(EDGE_METHODS)}")
+        if fusion not in FUSIONS:
+            raise ValueError(f"fusion: {fusion!r} is none of {', '.join(FUSIONS)}")
+        self.rig = rig
+        self.corrections = corrections
+        self._edges: EdgeMethod = edges
+        self._fusion: Fusion = fusion
+        self._decode = decoding_table(rig.response)
+        self._boards = VirtualBoards.of_rig(rig)
+        self._step_mm = min(pixel_size_mm(camera) for camera in (rig.left, rig.right))
+        self._grids = [RegionGrid(camera, rig.region_y_mm) for camera in (rig.left, rig.right)]
+        self._samplers = [RegionSampler(camera, rig.region_y_mm, self._step_mm) for camera in (rig.left, rig.right)]
+        self._pool = ThreadPoolExecutor(2)
+        self._loop = HeightLoop()
+        self._uncorrupted_area = math.nan
+
+    @property
+    def board_height_mm(self) -> float:
+        """Height at which the virtual board stands for the next frame; NaN before the first bar."""
+        return self._loop.height_mm
+
+    def measure(self, left: Picture, right: Picture) -> VirtualBoardReading:
+        """Diameter of the bar in one pair of pictures.
+
+        Parameters
+        ----------
+        left, right : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+            Raw pictures, grey or blue-green-red.
+
+        Returns
+        -------
+        VirtualBoardReading
+            Without a value: `no_bar` (then also `board_held`, once there was a bar), `one_camera`, `several_bars` and
+            what `measure_bar` gives.
+
+        Raises
+        ------
+        ValueError
+            A picture is not 8 bit, not grey or three-channel, or not of the size that the rig was calibrated for.
+        """
+        for name, image, camera in (("left", left, self.rig.left), ("right", right, self.rig.right)):
+            _check(name, image, camera)
+        found = [grid.bars(image, self._decode) for grid, image in zip(self._grids, (left, right), strict=True)]
+        count = [len(outlines) for outlines in found]
+        if min(count) == 1 == max(count):
+            return self.measure_bar(left, right, (found[0][0], found[1][0]))
+        missing = Reason.ONE_CAMERA if max(count) else Reason.NO_BAR
+        return VirtualBoardReading(reasons=(Reason.SEVERAL_BARS if max(count) > 1 else missing) | self._held())
+
+    def _held(self) -> Reason:
+        return Reason.BOARD_HELD if math.isfinite(self._loop.height_mm) else Reason.NONE
+
+    def measure_bar(self, left: Picture, right: Picture, outlines: tuple[Outline, Outline]) -> VirtualBoardReading:
+        """Diameter of a bar that was found already.
+
+        Parameters
+        ----------
+        left, right : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        outlines : tuple of two Outline
+            Where it is in each view, roughly; see `RegionGrid.bars`.
+
+        Returns
+        -------
+        VirtualBoardReading
+            Without a value: `edge_not_found`, `edges_clipped`, `not_aligned`, `fit_failed`, `views_disagree`,
+            `implausible`, `no_windows`. With a value: `some_edges_clipped`, `low_contrast`, `poor_alignment`,
+            `few_windows`.
+        """
+        images = (left, right)
+        regions = self._regions(images, outlines)
+        edges = list(self._pool.map(self._view_edges, regions, outlines))
+        reasons = _reasons_of_edges(edges)
+        outline = edges[0].outline, edges[1].outline
+        if reasons.forbids_value or outline[0] is None or outline[1] is None:
+            return VirtualBoardReading(reasons=reasons | self._held())
+        alignment = Alignment(self.rig, self._boards, *regions, self.corrections.projective_boards)
+        height = self._height(alignment, outline[0], outline[1])
+        if not math.isfinite(height.height_mm):
+            return VirtualBoardReading(reasons=reasons | Reason.NOT_ALIGNED | self._held())
+        if self._fusion != "none":
+            edges = [self._view_edges(self._fused(alignment, height.height_mm, self._fusion), outlines[0])]
+            reasons |= _reasons_of_edges(edges)
+            if reasons.forbids_value:
+                return VirtualBoardReading(reasons=reasons)
+        return self._read(AlignedPair(alignment, height, edges, outline[0]), reasons)
+
+    def _fused(self, alignment: Alignment, height_mm: float, method: Method) -> Region:
+        """Both views in one, on the pixels of the left region."""
+        picture = fuse(alignment.left.picture, alignment.right_on_left(height_mm), method, executor=self._pool)
+        return as_it_is(picture, alignment.left)
+
+    def _regions(self, images: tuple[Picture, Picture], outlines: tuple[Outline, Outline]) -> tuple[Region, Region]:
+        if not self.corrections.turned_rows:
+            cameras = (self.rig.left, self.rig.right)
+            left, right = map(picture_region, cameras, images, [self.rig.region_y_mm] * 2)
+            return left, right
+        slope = float(np.mean([limb[0] for outline in outlines for limb in (outline.left, outline.right)]))
+        margin_mm = (STRIP_PX + MARGIN_PX) * self._step_mm
+        reach = np.cos(np.arctan(slope)) * np.array([[o.left[1], o.right[1]] for o in outlines]) + [
+            -margin_mm,
+            margin_mm,
+        ]
+        left, right = self._pool.map(
+            lambda sampler, image, span: sampler.turned(image, slope, (span[0], span[1])), self._samplers, images, reach
+        )
+        return left, right
+
+    def _view_edges(self, region: Region, outline: Outline) -> ViewEdges:
+        if not self.corrections.robust_lines:
+            return edges_by_windows(region, PRINTED_ROWS, self._edges)
+        rough = [_in_region(line, region, self.rig.region_y_mm) for line in (outline.left, outline.right)]
+        decode = self._decode if self.corrections.half_level else None
+        return edges_by_lines(region, (rough[0], rough[1]), ROWS, self._edges, decode)
+
+    def _height(self, alignment: Alignment, left: BarOutline, right: BarOutline) -> Height:
+        def evaluate(height_mm: float) -> Quality:
+            return alignment.quality(left, right, height_mm)
+
+        if not self.corrections.tangent_crossing:
+            return search_by_overlap(evaluate)
+        middle = 0.25 * (right.first[0] + right.first[-1] + right.second[0] + right.second[-1])
+
+        def offset_per_mm(height_mm: float) -> float:
+            change, transform = alignment.parallax(height_mm), alignment.right_to_left(height_mm)
+            moved = transformed(transform, middle)
+            return float(moved[0] - transformed(transform / transform[2, 2] + change, middle)[0])
+
+        return self._loop.find(evaluate, offset_per_mm)
+
+    def _read(self, pair: AlignedPair, reasons: Reason) -> VirtualBoardReading:
+        rng = np.random.default_rng(SEED)
+        views = range(len(pair.edges)) if self.corrections.tangent_crossing else (0,)
+        width_mm = np.array([pair.sampled_widths_mm(view, rng) for view in views])
+        sampled_mm, more = self._diameters(pair, width_mm)
+        if sampled_mm is None:
+            return VirtualBoardReading(reasons=reasons | more, windows_total=width_mm.shape[1])
+        l_mm, sigma_mm = window_statistics(sampled_mm)
+        areas = np.concatenate([pair.edges[view].areas for view in views], axis=1)
+        ratio = similarity_ratio(areas, self._smoothed_area(areas[np.isfinite(l_mm)]))
+        Sigma_mm = weighted_deviation(ratio, sigma_mm)
+        kept = trusted_windows(Sigma_mm)
+        reasons |= more | self._reasons_of_windows(l_mm, kept)
+        value = {} if reasons.forbids_value else self._value(l_mm[kept], Sigma_mm[kept])
+        return VirtualBoardReading(
+            **value,
+            alignment_quality=pair.height.quality.percent,
+            plane_height_mm=pair.height.height_mm,
+            evaluations=pair.height.evaluations,
+            windows_kept=int(kept.sum()),
+            windows_total=len(kept),
+            window_diameters_mm=l_mm,
+            window_sigmas_mm=Sigma_mm,
+            window_kept=kept,
+            reasons=reasons,
+        )
+
+    def _value(self, l_mm: Array, Sigma_mm: Array) -> dict[str, float]:
+        """Diameter and weighted deviation of the frame, eq. 3.19 and 3.18, and the parts of the uncertainty."""
+        diameter_mm = float(l_mm.mean())
+        value = {"diameter_mm": diameter_mm, "weighted_deviation_mm": float(np.median(Sigma_mm))}
+        if self.corrections == CORRECTED:
+            value["u_edge_mm"] = float(l_mm.std() / np.sqrt(len(l_mm)))
+            value["u_board_mm"] = diameter_mm * self.rig.square_relative_u
+            value["u_model_mm"] = PLACE_PX * self._step_mm
+        return value
+
+    def _smoothed_area(self, areas: Array) -> float:
+        """C: median area of the frame's boundaries of interest, smoothed over frames."""
+        if areas.size:
+            now = max(1.0, float(np.median(areas)))
+            before = self._uncorrupted_area if math.isfinite(self._uncorrupted_area) else now
+            self._uncorrupted_area = before + AREA_SMOOTHING * (now - before)
+        return self._uncorrupted_area
+
+    def _diameters(self, pair: AlignedPair, width_mm: Array) -> tuple[Array | None, Reason]:
+        """l_it from the widths of the views, shape (windows, T), and what speaks against them."""
+        if not self.corrections.tangent_crossing:
+            return width_mm[0], Reason.NONE
+        there = np.isfinite(width_mm).all(axis=(0, 2))
+        if not there.any():
+            return None, Reason.NO_WINDOWS
+        view_mm = np.median(width_mm[:, there].mean(axis=2), axis=1)
+        cameras_mm, middle_mm = pair.section_frame()
+        section = solve_section(cameras_mm, pair.height.height_mm, float(view_mm.mean()), middle_mm)
+        if section is None:
+            return None, Reason.FIT_FAILED
+        diameter_mm = 2 * section.radius_mm + section.diameter_per_width * (width_mm.mean(axis=0) - view_mm.mean())
+        return diameter_mm, self._reasons_of_section(section, pair, view_mm, cameras_mm)
+
+    def _reasons_of_section(self, section: Section, pair: AlignedPair, view_mm: Array, cameras_mm: Array) -> Reason:
+        reasons = Reason.NONE
+        differ_mm = (view_mm[0] - view_mm[-1]) - (section.width_mm[0] - section.width_mm[1])
+        if len(view_mm) > 1 and abs(differ_mm) > WIDTHS_DIFFER_PX * self._step_mm:
+            reasons |= Reason.VIEWS_DISAGREE
+        diameter_mm = 2 * section.radius_mm
+        off_mm = abs(section.height_mm - section.radius_mm)
+        on_rollers = off_mm <= OFF_ROLLERS_SHARE * diameter_mm + OFF_ROLLERS_MM
+        if not (DIAMETER_MM[0] <= diameter_mm <= DIAMETER_MM[1] and on_rollers):
+            reasons |= Reason.IMPLAUSIBLE
+        bar = np.array([section.across_mm, section.height_mm, section.radius_mm])
+        cuts = tangent_cuts(cameras_mm, bar, pair.height.height_mm)
+        common = max(0.0, float(cuts[:, 1].min() - cuts[:, 0].max())) / section.width_mm[0]
+        if abs(pair.height.quality.percent) < 100 * common - QUALITY_SHORT:
+            reasons |= Reason.POOR_ALIGNMENT
+        return reasons
+
+    def _reasons_of_windows(self, l_mm: Array, kept: NDArray[np.bool_]) -> Reason:
+        share = kept.sum() / len(kept)
+        if share < LEAST_WINDOWS:
+            return Reason.NO_WINDOWS
+        reasons = Reason.FEW_WINDOWS if share < 0.5 else Reason.NONE
+        middle_mm = float(np.median(l_mm[kept]))
+        return reasons if DIAMETER_MM[0] <= middle_mm <= DIAMETER_MM[1] else reasons | Reason.IMPLAUSIBLE
+
+
+def as_it_is(picture: Picture, region: Region) -> Region:
+    """Return a picture on a region's pixels as a region of its own, which is its own raw picture.
+
+    Parameters
+    ----------
+    picture : ndarray of uint8, shape of `region.picture`
+    region : Region
+    """
+    size = picture.shape[1], picture.shape[0]
+    camera = Camera(np.eye(3), np.zeros(5), np.eye(3), np.zeros(3), size)
+    return Region(picture, np.eye(3), region.from_world, picture, camera)
+
+
+def _in_region(line: Array, region: Region, region_y_mm: tuple[float, float]) -> Array:
+    """Slope and start of column(row) in a turned region, of a line x(y) on its plane."""
+    ends_y = np.array(region_y_mm)
+    world = np.column_stack([line[0] * ends_y + line[1], ends_y, np.ones(2)])
+    (c0, r0), (c1, r1) = world @ region.from_world.T
+    slope = (c1 - c0) / (r1 - r0)
+    return np.array([slope, c0 - slope * r0])
+
+
+def _check(name: str, image: Picture, camera: Camera) -> None:
+    if image.dtype != np.uint8 or not (image.ndim == 2 or (image.ndim == 3 and image.shape[2] == 3)):
+        raise ValueError(f"{name}: a uint8 picture, grey or with three channels, is needed")
+    size = (image.shape[1], image.shape[0])
+    if size != camera.image_size:
+        raise ValueError(
+            f"{name}: the picture is {size[0]} x {size[1]}, "
+            f"the rig was calibrated for {camera.image_size[0]} x {camera.image_size[1]}"
+        )
+
+
+def _reasons_of_edges(edges: list[ViewEdges]) -> Reason:
+    reasons = Reason.NONE
+    for view in edges:
+        if view.clipped_share > CLIPPED_MOST:
+            reasons |= Reason.EDGES_CLIPPED
+        elif view.outline is None or view.hot_share < LEAST_COVERED:
+            reasons |= Reason.EDGE_NOT_FOUND
+        elif view.contrast < WEAK_CONTRAST:
+            reasons |= Reason.LOW_CONTRAST
+        if CLIPPED_FEW < view.clipped_share <= CLIPPED_MOST:
+            reasons |= Reason.SOME_EDGES_CLIPPED
+    return reasons

@@ -1,0 +1,192 @@
+"""One edge of the bar in a turned region: rows that have an edge, moved to half level in linear light."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.edges.subpixel import Crossings, edge_blur_px, edge_shading, half_level_crossing
+from vision.geometry.robust_line import robust_line
+from vision.geometry.turned_region import Region
+from vision.sizing.limits import CLIPPED_CODE, CLIPPED_FEW
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+NEAR_LINE_PX = 2.5  # boundary points further from the frame's line are not the bar's edge
+PROFILE_PX, PROFILE_STEP_PX = 9, 0.5  # half length of a row's profile across an edge, and its step
+OFFSETS_PX = np.arange(-PROFILE_PX, PROFILE_PX + PROFILE_STEP_PX, PROFILE_STEP_PX)
+FIRST_BLUR_PX = 1.5  # taken before the edge's own is known
+SPARSE_ROWS, BLUR_EVERY = 4, 4  # what changes little along an edge needs few rows, and few of those
+LEAST_STEP = 0.1  # of a strong row's step of light: scale leaves a fifth of it, the line without a bar less
+LEAST_GATE_PX = 0.3  # points that near to the line are on it, however little the others scatter
+LEAST_ROWS = 20  # with an edge: fewer are no limb
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LimbRows:
+    """One edge of the bar, row by row.
+
+    Attributes
+    ----------
+    column : ndarray of float64, shape (rows,)
+        NaN where the row has no edge.
+    area : ndarray of float64, shape (rows,)
+        Of the boundaries of interest, pixels.
+    line : ndarray of float64, shape (2,), or None
+        Slope and start of column(row); None when the edge was not found.
+    clipped_share : float
+        Share of overexposed rows, which were left out.
+    contrast : float
+        Light of the bar over that of its background; infinite where light was not asked for.
+    """
+
+    column: Array
+    area: Array
+    line: Array | None
+    clipped_share: float = 0.0
+    contrast: float = np.inf
+
+    @classmethod
+    def nothing(cls, area: Array, clipped_share: float = 0.0) -> "LimbRows":
+        """Return an edge that was not found."""
+        return cls(np.full(len(area), np.nan), area, None, clipped_share)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ThinEdges:
+    """Pixels of thin edges in the strip along one edge of the bar, n of them.
+
+    Attributes
+    ----------
+    row : ndarray of int64, shape (n,)
+    column : ndarray of float64, shape (n,)
+    area : ndarray of float64, shape (rows,)
+        See `LimbRows`.
+    """
+
+    row: Index
+    column: Array
+    area: Array
+
+    @property
+    def rows(self) -> Index:
+        """Rows with any edge."""
+        return np.unique(self.row)
+
+    def near(self, line: Array) -> Array:
+        """Mean column of the pixels near a line in each row of the region, NaN without any."""
+        near = np.abs(self.column - (line[0] * self.row + line[1])) <= NEAR_LINE_PX
+        count = np.bincount(self.row[near], minlength=len(self.area))
+        total = np.bincount(self.row[near], self.column[near], minlength=len(self.area))
+        return total / np.where(count > 0, count, np.nan)
+
+
+def line_of(row: Array | Index, column: Array) -> Array | None:
+    """Robust line through the finite points, None when they are too few."""
+    there = np.isfinite(column)
+    return robust_line(row[there].astype(np.float64), column[there]) if there.sum() >= LEAST_ROWS else None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HalfLevel:
+    """Finds half level along one edge.
+
+    Attributes
+    ----------
+    region : Region
+    side : int
+        -1 for the edge at smaller columns, +1 for the other.
+    decode : ndarray of float32, shape (256,)
+        Light of every code value.
+    """
+
+    region: Region
+    side: int
+    decode: NDArray[np.float32]
+
+    def locate(self, line: Array, edges: ThinEdges) -> LimbRows:
+        """Edge of each row, from the brightest channel that is not overexposed along the edge.
+
+        Parameters
+        ----------
+        line : ndarray of float64, shape (2,)
+            Slope and start of the edge, to within a few pixels.
+        edges : ThinEdges
+        """
+        tried: list[LimbRows] = []
+        for channel in np.argsort(-self._brightness(line)):
+            tried.append(self._in_channel(int(channel), line, edges))
+            if tried[-1].clipped_share <= CLIPPED_FEW:
+                break
+        return min(tried, key=lambda limb: limb.clipped_share)
+
+    def _in_channel(self, channel: int, line: Array, edges: ThinEdges) -> LimbRows:
+        """Two passes: the outermost rise of light finds the line; half level is taken around it."""
+        sparse = edges.rows
+        sparse = sparse[sparse % SPARSE_ROWS == 0] if len(sparse) > 3 * SPARSE_ROWS * LEAST_ROWS else sparse
+        profile, middle = self._profiles(channel, line, sparse)
+        place = half_level_crossing(profile, OFFSETS_PX, FIRST_BLUR_PX).place_px
+        better, blur_px = line_of(sparse, middle - self.side * place), _blur_px(profile, place)
+        if better is None or blur_px is None:
+            return LimbRows.nothing(edges.area)
+        at = np.flatnonzero(np.isfinite(edges.near(better)))
+        profile, middle = self._profiles(channel, better, at)
+        crossings = _shaded_crossings(profile, at, blur_px)
+        return self._limb(crossings, at, middle, edges)
+
+    def _limb(self, crossings: Crossings, at: Index, middle: Array, edges: ThinEdges) -> LimbRows:
+        there = _steps(crossings)
+        clipped = there & (crossings.bright >= self.decode[CLIPPED_CODE])
+        share = float(np.count_nonzero(clipped) / max(1, np.count_nonzero(there)))
+        column = np.full(len(edges.area), np.nan)
+        column[at] = np.where(there & ~clipped, middle - self.side * crossings.place_px, np.nan)
+        line = line_of(np.arange(len(column)), column)
+        if line is None:
+            return LimbRows.nothing(edges.area, share)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            contrast = float(np.median(crossings.bright[there]) / np.median(crossings.dark[there]))
+        return LimbRows(_on_line(column, line), edges.area, line, share, contrast)
+
+    def _profiles(self, channel: int, line: Array, rows: Index) -> tuple[Array, Array]:
+        """Light along rows from the background to the bar, and the columns of the profiles' middles."""
+        middle = line[0] * rows + line[1]
+        return self.region.light(rows, middle[:, None] - self.side * OFFSETS_PX, channel, self.decode), middle
+
+    def _brightness(self, line: Array) -> Array:
+        """Median code value of each channel just inside the edge."""
+        rows, columns = self.region.picture.shape[:2]
+        inside = np.rint(line[0] * np.arange(rows) + line[1]).astype(np.int64) - self.side * (PROFILE_PX - 1)
+        channels = self.region.picture.reshape(rows, columns, -1)
+        return np.median(channels[np.arange(rows), np.clip(inside, 0, columns - 1)], axis=0)
+
+
+def _shaded_crossings(profile: Array, at: Index, blur_px: float) -> Crossings:
+    """Half level around the middles of profiles, the bar's shading towards its edge counted."""
+    few = at % SPARSE_ROWS == 0
+    even = half_level_crossing(profile[few], OFFSETS_PX, blur_px, expected_px=0.0)
+    shading = edge_shading(profile[few], OFFSETS_PX, even, blur_px)
+    return half_level_crossing(profile, OFFSETS_PX, blur_px, expected_px=0.0, shading=shading)
+
+
+def _steps(crossings: Crossings) -> NDArray[np.bool_]:
+    """Rows whose edge is a step of the bar's light."""
+    step = np.where(np.isfinite(crossings.place_px), crossings.bright - crossings.dark, np.nan)
+    known = step[np.isfinite(step)]
+    with np.errstate(invalid="ignore"):
+        return step >= LEAST_STEP * np.percentile(known, 90) if known.size else np.zeros(len(step), dtype=bool)
+
+
+def _blur_px(profile: Array, place: Array) -> float | None:
+    found = np.flatnonzero(np.isfinite(place))
+    if found.size < LEAST_ROWS:
+        return None
+    sample = found[:: max(1, min(BLUR_EVERY, found.size // LEAST_ROWS))]
+    return edge_blur_px(profile[sample], OFFSETS_PX, place[sample])
+
+
+def _on_line(column: Array, line: Array) -> Array:
+    """Columns without those off the line by more than their scatter explains."""
+    away = np.abs(column - (line[0] * np.arange(len(column)) + line[1]))
+    limit = max(LEAST_GATE_PX, 3 * 1.4826 * float(np.nanmedian(away)))
+    return np.where(away <= limit, column, np.nan)

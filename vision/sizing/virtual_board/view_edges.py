@@ -1,0 +1,202 @@
+"""The bar's two edges in one resampled view, window by window.
+
+The source's way splits each window's boundary points by k-means, wherever in the region they lie; oxide patches then
+turn whole windows into nonsense. The corrected way holds all of a frame's points of one edge against one robust
+line first, searches only strips along the edges, and may move points to the half level in linear light.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from vision.alignment.quality import BarOutline
+from vision.edges.operators import EdgeMethod
+from vision.geometry.turned_region import Picture, Region
+from vision.sizing.virtual_board.boundaries_of_interest import Boundaries, boundaries_of_interest, hot_mask
+from vision.sizing.virtual_board.half_level import LEAST_ROWS, NEAR_LINE_PX, HalfLevel, LimbRows, ThinEdges, line_of
+from vision.sizing.virtual_board.random_regression import WindowPoints, two_sides, windowed
+
+Array = NDArray[np.float64]
+
+SEARCH_PX = 12  # how far from the rough outline an edge may be
+STRIP_PX = 16  # to either side of an edge: what counts to its boundaries of interest
+MARGIN_PX = 48  # beyond the strip: as far as the forest looks, so that a strip gets what the whole region would
+WEAK = 0.5  # of Otsu's level: scale on the bar takes strength from its edge, and the line tells it from others
+HOT_ROW = 0.4  # of the code values of a bright row
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ViewEdges:
+    """Both edges of the bar in one view.
+
+    Attributes
+    ----------
+    sides : tuple of two WindowPoints
+        Points of the edge at smaller and at larger columns.
+    areas : ndarray of float64, shape (windows, 2)
+        A_ij: area of the boundaries of interest of each edge, pixels.
+    outline : BarOutline or None
+        None when an edge was not found.
+    clipped_share : float
+        Largest share of overexposed points of an edge.
+    contrast : float
+        Smallest ratio of the bar's light to that of the background; infinite where light was not asked for.
+    hot_share : float
+        Share of the region's rows in which the bar glows.
+    """
+
+    sides: tuple[WindowPoints, WindowPoints]
+    areas: Array
+    outline: BarOutline | None
+    clipped_share: float = 0.0
+    contrast: float = np.inf
+    hot_share: float = 1.0
+
+
+def edges_by_windows(region: Region, window_rows: int, method: EdgeMethod) -> ViewEdges:
+    """Edges by the source's steps: boundaries of interest of the whole region, k-means in each window.
+
+    Parameters
+    ----------
+    region : Region
+    window_rows : int
+        H.
+    method : str
+        Edge detector.
+    """
+    windows = region.picture.shape[0] // window_rows
+    found = boundaries_of_interest(region.picture, hot_mask(region.picture), method)
+    sides = two_sides(windowed(found.traced(), window_rows, windows))
+    centres = np.column_stack([_mean(side.column) for side in sides])
+    return ViewEdges(sides, _areas_by_windows(found, centres, window_rows), _outline_of_windows(sides))
+
+
+def _areas_by_windows(found: Boundaries, centres: Array, window_rows: int) -> Array:
+    """Band pixels of each window that are nearer to one side's centre than to the other's."""
+    windows = len(centres)
+    rows, columns = np.nonzero(found.band[: windows * window_rows])
+    window = rows // window_rows
+    second = columns > centres.mean(axis=1)[window]
+    return np.bincount(2 * window + second, minlength=2 * windows).reshape(windows, 2).astype(np.float64)
+
+
+def _outline_of_windows(sides: tuple[WindowPoints, WindowPoints]) -> BarOutline | None:
+    row, column = ([_mean(values) for values in pair] for pair in zip(*((s.row, s.column) for s in sides), strict=True))
+    chains = [np.column_stack([c, r])[np.isfinite(c)] for r, c in zip(row, column, strict=True)]
+    return BarOutline(*chains) if min(map(len, chains)) > 1 else None
+
+
+def _mean(values: Array) -> Array:
+    """Mean over the points of each window, NaN without any."""
+    there = np.isfinite(values)
+    with np.errstate(invalid="ignore"):
+        return np.where(there, values, 0.0).sum(axis=1) / there.sum(axis=1)
+
+
+def edges_by_lines(
+    region: Region,
+    rough: tuple[Array, Array],
+    window_rows: int,
+    method: EdgeMethod,
+    decode: NDArray[np.float32] | None,
+) -> ViewEdges:
+    """Edges by strips along the bar's outline, held against one robust line for each.
+
+    Parameters
+    ----------
+    region : Region
+    rough : tuple of two ndarray of float64, shape (2,)
+        Slope and start of both edges, column = slope x row + start, to within `SEARCH_PX`.
+    window_rows : int
+        H.
+    method : str
+        Edge detector.
+    decode : ndarray of float32, shape (256,), or None
+        Light of every code value: points move to half level in linear light. None: they stay where the edge
+        detector has its ridge.
+    """
+    hot = _hot_rows(region.picture, rough)
+    limbs = [
+        _limb(region, _thin_edges(region.picture, line, hot, method), line, side, decode)
+        for line, side in zip(rough, (-1, 1), strict=True)
+    ]
+    windows = region.picture.shape[0] // window_rows
+    rows = np.arange(windows * window_rows, dtype=np.float64).reshape(windows, window_rows)
+    columns = [limb.column[: rows.size].reshape(rows.shape) for limb in limbs]
+    sides = [WindowPoints(np.where(np.isfinite(column), rows, np.nan), column) for column in columns]
+    areas = [limb.area[: rows.size].reshape(rows.shape).sum(axis=1) for limb in limbs]
+    return ViewEdges(
+        (sides[0], sides[1]),
+        np.column_stack(areas),
+        _outline_of_lines([limb.line for limb in limbs], region.picture.shape[0]),
+        max(limb.clipped_share for limb in limbs),
+        min(limb.contrast for limb in limbs),
+        float(hot.mean()),
+    )
+
+
+def _outline_of_lines(lines: list[Array | None], rows: int) -> BarOutline | None:
+    ends = np.array([0.0, rows - 1.0])
+    chains = [np.column_stack([line[0] * ends + line[1], ends]) for line in lines if line is not None]
+    return BarOutline(*chains) if len(chains) == len(lines) else None
+
+
+def _limb(region: Region, edges: ThinEdges, rough: Array, side: int, decode: NDArray[np.float32] | None) -> LimbRows:
+    line = _line(edges, rough)
+    if line is None:
+        return LimbRows.nothing(edges.area)
+    if decode is None:
+        return LimbRows(edges.near(line), edges.area, line)
+    return HalfLevel(region, side, decode).locate(line, edges)
+
+
+def _thin_edges(picture: Picture, rough: Array, hot: NDArray[np.bool_], method: EdgeMethod) -> ThinEdges:
+    """Thin edges of a strip along a rough line, in rows that glow."""
+    columns = picture.shape[1]
+    ends = rough[1] + rough[0] * np.array([0.0, picture.shape[0] - 1.0])
+    inner = max(0, int(ends.min()) - STRIP_PX), min(columns, int(ends.max()) + STRIP_PX + 1)
+    outer = max(0, inner[0] - MARGIN_PX), min(columns, inner[1] + MARGIN_PX)
+    seen = slice(inner[0] - outer[0], inner[1] - outer[0])
+    found = boundaries_of_interest(picture[:, outer[0] : outer[1]], None, method, seen=seen, weak=WEAK)
+    row, column = np.nonzero(found.thin * hot[:, None])
+    return ThinEdges(row, (column + inner[0]).astype(np.float64), found.band.sum(axis=1, dtype=np.float64))
+
+
+def _hot_rows(picture: Picture, rough: tuple[Array, Array]) -> NDArray[np.bool_]:
+    """Rows in which most of what lies between the rough edges glows: not beyond a bar's end, not where it is hidden."""
+    middle, half = 0.5 * (rough[0] + rough[1]), 0.4 * (rough[1] - rough[0])
+    across = np.linspace(-1.0, 1.0, 33)
+    level = _middle_levels(picture.reshape(*picture.shape[:2], -1), middle, half, across)
+    return level >= HOT_ROW * np.percentile(level, 90)
+
+
+@njit(nogil=True, cache=True)
+def _middle_levels(picture, middle, half, across):  # type: ignore[no-untyped-def]
+    """Median over an odd number of places in each row of the brightest channel there."""
+    rows, columns, channels = picture.shape
+    level = np.empty(rows)
+    seen = np.empty(len(across), np.uint8)
+    for row in range(rows):
+        for k in range(len(across)):
+            place = middle[0] * row + middle[1] + across[k] * (half[0] * row + half[1])
+            column = int(min(max(place, 0.0), columns - 1.0))
+            brightest = picture[row, column, 0]
+            for channel in range(1, channels):
+                brightest = max(brightest, picture[row, column, channel])
+            seen[k] = brightest
+        level[row] = np.sort(seen)[len(across) // 2]
+    return level
+
+
+def _line(edges: ThinEdges, rough: Array) -> Array | None:
+    """Robust line through the thin edge that most rows agree on near the rough one."""
+    away = edges.column - (rough[0] * edges.row + rough[1])
+    near = np.abs(away) < SEARCH_PX
+    count = np.bincount(np.rint(away[near]).astype(np.int64) + SEARCH_PX, minlength=2 * SEARCH_PX + 1)
+    middle = int(np.convolve(count, np.ones(5), "same").argmax()) - SEARCH_PX
+    agree = np.abs(away - middle) <= 2 * NEAR_LINE_PX
+    if len(np.unique(edges.row[agree])) < LEAST_ROWS:
+        return None
+    return line_of(edges.row[agree], edges.column[agree])
