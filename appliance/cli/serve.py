@@ -13,7 +13,8 @@ from appliance.sizing.conveyor.settings import ConveyorSettings
 from appliance.sizing.stereo.settings import SizingSettings
 from appliance.supervisor import settings as settings_file
 from appliance.supervisor.settings import Settings, state_folder
-from appliance.supervisor.supervisor import StartRefusedError, Supervisor
+from appliance.supervisor.start_gate import StartRefusedError
+from appliance.supervisor.supervisor import Supervisor
 from plc.registers import REGISTERS
 
 

@@ -210,22 +210,8 @@ def to_message(
         elapsed_ms=elapsed_ms,
         dropped=dropped,
         simulated=simulated,
-        valid=reading.valid,
-        reasons=int(reading.reasons),
-        diameter_mm=_number(reading.diameter_mm),
-        expanded_uncertainty_mm=_number(reading.expanded_uncertainty_mm),
-        diameter_virtual_board_mm=_number(reading.diameter_virtual_board_mm),
-        weighted_deviation_mm=_number(reading.weighted_deviation_mm),
-        trust_limit=reading.trust_limit,
-        windows_kept=reading.windows_kept,
-        windows_total=reading.windows_total,
-        alignment_quality=_number(reading.alignment_quality),
-        plane_height_mm=_number(reading.plane_height_mm),
+        reading=reading,
     )
-
-
-def _number(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
 
 
 if __name__ == "__main__":

@@ -1,5 +1,3 @@
-"""TBD"""
-
 import itertools
 import re
 from collections import Counter
