@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 
-from appliance.cameras.kinds import NoCamera
 from appliance.diagnostics.faults import Faults
 from appliance.ingot.message import MESSAGES, IngotMessage
 from appliance.ingot.published import IngotPublication
@@ -18,7 +17,7 @@ INGOT = "ingot"
 
 def is_on(settings: IngotSettings) -> bool:
     """Whether there is an ingot camera."""
-    return not isinstance(settings.camera, NoCamera)
+    return settings.camera.is_on
 
 
 class IngotClient(StationClient[IngotMessage]):

@@ -17,6 +17,7 @@ from appliance.simulation.bars.bars import Bar, bar_at
 from appliance.simulation.thermal_line import ThermalLine, thermal_camera
 from appliance.simulation.write_recording import write_thermal_recording
 from appliance.sizing import station as sizing
+from appliance.sizing.conveyor.settings import ConveyorSettings
 from appliance.sizing.message import ReadingMessage
 from vision.reasons import Reason
 
@@ -131,7 +132,7 @@ class Camera:
 
 
 def test_a_live_camera_that_freezes_is_a_fault_and_its_last_value_is_not_said_again(start, tmp_path, monkeypatch):
-    monkeypatch.setattr(sizing, "source_of", lambda _: Camera(moving=5))
+    monkeypatch.setattr(ConveyorSettings, "make_source", lambda _: Camera(moving=5))
     background = saved(tmp_path / "empty.png", empty())
     station = start({"kind": "stream", "address": "0"}, LENGTHS | {"background": background}, liveness=LATE)
     heard = [station.hear()]

@@ -16,6 +16,7 @@ from station_thread import Station
 from appliance.cameras.exposure_control import ExposureGuard
 from appliance.cameras.settings import ExposureSettings
 from appliance.cameras.simulated.pairs import MillSource
+from appliance.cameras.simulated.rig import mill_rig
 from appliance.processes import station_process as process
 from appliance.processes.message import StateMessage
 from appliance.simulation.bars.bars import bar_at
@@ -25,7 +26,6 @@ from appliance.sizing.message import ReadingMessage
 from appliance.sizing.stereo.gauge import TimedGauge
 from appliance.sizing.stereo.rig_file import RigError, load_rig, save_rig
 from appliance.sizing.stereo.settings import SizingSettings
-from appliance.sizing.stereo.simulated_rig import mill_rig
 from vision.sizing.gauge import Gauge
 from vision.sizing.tangent.gauge import TangentGauge
 
