@@ -7,10 +7,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.ingot.classifiers.similarity import as_reference, end_image, similarity
+from vision.ingot.classifiers.similarity import as_reference, similarity
 from vision.ingot.classifiers.ssim import THRESHOLD, Orientation, dual, single
 from vision.ingot.classifiers.wrinkles import FaceJudge
 from vision.ingot.end_finder import End, EndFinder
+from vision.ingot.end_image import end_image
+from vision.light import CLIPPED_CODE
 from vision.readings import OrientationReading
 from vision.reasons import IngotReason
 
@@ -18,7 +20,6 @@ Picture = NDArray[np.uint8]
 Classifier = Literal["wrinkles", "dual", "single"]
 
 CLASSIFIERS: tuple[Classifier, ...] = ("wrinkles", "dual", "single")
-CLIPPED_CODE = 250
 CLIPPED_SHARE = 0.1  # of the end: from here the picture counts as overexposed
 LOG_ODDS_PER_SIMILARITY = 60.0  # of the source's classifiers, whose similarities differ by some 0.1
 
@@ -71,7 +72,7 @@ class OrientationReader:
 
         Raises
         ------
-        TypeError, ValueError
+        ValueError
             As in `EndFinder.find`.
         """
         end, reasons = self._finder.find(picture)
