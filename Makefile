@@ -8,6 +8,7 @@ SHELL := /bin/bash
 VENV := .venv
 BIN := $(VENV)/bin
 CONTRIB := .venv-contrib
+TEST_PATH := tests:tests/kit/clients:tests/kit/pictures:tests/kit/stations  # as pytest's in pyproject.toml
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 run: $(VENV)/installed
@@ -28,14 +29,14 @@ contracts: $(VENV)/installed-dev
 
 # long statistics, written to docs/studies; `make test` runs a sample of them again
 study: $(VENV)/installed-dev
-	PYTHONPATH=tests $(BIN)/python -m studies
+	PYTHONPATH=$(TEST_PATH) $(BIN)/python -m studies
 
 bench: $(VENV)/installed-dev $(CONTRIB)/installed
-	PYTHONPATH=tests $(BIN)/python benchmarks/pair.py
-	PYTHONPATH=tests $(BIN)/python benchmarks/virtual_board.py
-	PYTHONPATH=tests $(BIN)/python benchmarks/edges.py
-	PYTHONPATH=tests $(BIN)/python benchmarks/fusion.py
-	PYTHONPATH=tests $(BIN)/python benchmarks/ingot.py
+	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/pair.py
+	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/virtual_board.py
+	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/edges.py
+	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/fusion.py
+	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/ingot.py
 
 figures: $(VENV)/installed-dev
 	$(BIN)/python docs/figures

@@ -3,16 +3,14 @@
 import asyncio
 import os
 import time
-from pathlib import Path
 
 import pytest
 from messages import reading
 from station_cycles import WARM_UP, cycles, without_pauses
+from station_path import STATION_PATH
 
 from appliance.processes import monitored_process as keeper
 from appliance.processes.monitored_process import Health, Keeper
-
-TESTS = Path(__file__).parents[1]
 
 
 @pytest.fixture
@@ -35,7 +33,7 @@ def healths(environment, tmp_path, wanted: int) -> list[tuple[float, Health]]:
     """The first so many things that a keeper tells of a process that crashes after each reading, with their moments."""
     (tmp_path / "reading").write_bytes(reading().model_dump_json().encode() + b"\n")
     environment.setenv("BLINKING_STATION", str(tmp_path / "reading"))
-    environment.setenv("PYTHONPATH", f"{TESTS}{os.pathsep}{TESTS.parent}")
+    environment.setenv("PYTHONPATH", STATION_PATH)
     told: list[tuple[float, Health]] = []
 
     async def run() -> None:

@@ -10,7 +10,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-REPOSITORY = Path(__file__).parents[1]
+REPOSITORY = Path(__file__).parents[3]
 PYTHON = f"python{sys.version_info.major}.{sys.version_info.minor}"
 TARGET = """[Unit]
 Requires=basic.target systemd-journald.service

@@ -2,7 +2,6 @@
 
 import asyncio
 import contextlib
-import os
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -10,13 +9,12 @@ from pathlib import Path
 
 import pytest
 from modbus_wire import Wire
+from station_path import STATION_PATH
 
 from appliance.sizing.stereo.settings import SizingSettings
 from appliance.supervisor import supervisor as supervisor_module
 from appliance.supervisor.settings import PlcSettings, Settings
 from appliance.supervisor.supervisor import StartRefusedError, Supervisor
-
-TESTS = Path(__file__).parent
 
 
 class Rehearsal:
@@ -85,7 +83,7 @@ def rehearsing(
     """A supervisor with a station of the tests, which does what it is told."""
     script = folder / "script"
     monkeypatch.setenv("FAKE_STATION", str(script))
-    monkeypatch.setenv("PYTHONPATH", f"{TESTS}{os.pathsep}{TESTS.parent}")
+    monkeypatch.setenv("PYTHONPATH", STATION_PATH)
     monkeypatch.setattr(supervisor_module, "SIZING_STATION", station)
     rehearsal = Rehearsal(script, sizing or SizingSettings())
     rehearsal.tell("measure")

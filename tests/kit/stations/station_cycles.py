@@ -7,11 +7,11 @@ import time
 from pathlib import Path
 
 from messages import reading
+from station_path import STATION_PATH
 
 from appliance.processes import monitored_process as keeper
 from appliance.processes.monitored_process import Health, Keeper
 
-TESTS = Path(__file__).parent
 WARM_UP = 10
 
 
@@ -22,7 +22,7 @@ def cycles(count: int, folder: Path) -> dict[str, object]:
     """
     (folder / "reading").write_bytes(reading().model_dump_json().encode() + b"\n")
     os.environ["BLINKING_STATION"] = str(folder / "reading")
-    os.environ["PYTHONPATH"] = f"{TESTS}{os.pathsep}{TESTS.parent}"
+    os.environ["PYTHONPATH"] = STATION_PATH
     return asyncio.run(_count(count))
 
 

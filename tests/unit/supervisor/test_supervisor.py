@@ -4,7 +4,6 @@ import itertools
 import struct
 import time
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 from modbus_wire import Wire, eventually, read, write_coils, write_registers
@@ -20,8 +19,6 @@ from appliance.supervisor.supervisor import Supervisor
 from plc.process_image import decode
 from plc.registers import READING_RING, SET_POINTS
 from vision.reasons import Reason
-
-TESTS = Path(__file__).parents[1]
 
 
 @pytest.fixture

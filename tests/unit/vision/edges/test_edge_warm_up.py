@@ -55,7 +55,7 @@ def test_after_warming_up_nothing_is_compiled():
 
 
 def test_the_cache_folder_may_be_chosen_and_is_used(tmp_path):
-    repository = Path(__file__).parents[2]
+    repository = Path(__file__).parents[4]
     chosen = {"NUMBA_CACHE_DIR": str(tmp_path)}
     assert compilations("vision.edges.thinning", repository, **chosen) > 0
     assert list(tmp_path.rglob("*.nbc"))
