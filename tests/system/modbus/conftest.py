@@ -1,4 +1,4 @@
-"""TBD"""
+"""A Modbus server that everybody may write to, and a connection to it."""
 
 from collections.abc import Iterator
 

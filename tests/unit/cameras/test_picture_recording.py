@@ -1,4 +1,4 @@
-"""TBD"""
+"""A folder of pictures of one camera: order, gaps, broken files, and play at a rate."""
 
 import cv2
 import numpy as np

@@ -1,4 +1,4 @@
-"""TBD"""
+"""A recording of pairs: its files, time stamps and videos, broken ones named, and play at a rate."""
 
 import time
 

@@ -1,4 +1,4 @@
-"""TBD"""
+"""The commands measure, simulate, calibrate, check-config, registers and poll, and their refusals."""
 
 import csv
 import json

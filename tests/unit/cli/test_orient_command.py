@@ -1,4 +1,4 @@
-"""TBD"""
+"""`orient`: rows per frame and per ingot, and its refusals."""
 
 import csv
 import json

@@ -1,4 +1,4 @@
-"""TBD"""
+"""Faults that are active: reported, cleared, and the device state that follows."""
 
 import logging
 

@@ -1,4 +1,4 @@
-"""TBD"""
+"""What is published of an ingot's verdicts and decisions, and its ring."""
 
 import pytest
 from messages import ingot_message, verdict

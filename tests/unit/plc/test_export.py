@@ -1,4 +1,4 @@
-"""TBD"""
+"""The register map as Markdown, CSV, JSON and IEC 61131-3 text, read back."""
 
 import csv
 import io

@@ -1,4 +1,4 @@
-"""TBD"""
+"""The register map: its rules, and values encoded and decoded again."""
 
 import dataclasses
 import math

@@ -1,4 +1,4 @@
-"""TBD"""
+"""The supervisor's side of a station process: restarts, pauses, silence, nothing left behind."""
 
 import asyncio
 import os

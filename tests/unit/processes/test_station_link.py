@@ -1,4 +1,4 @@
-"""TBD"""
+"""The link between a station and the supervisor: whole messages, none of half a line, no waiting."""
 
 import socket
 import time

@@ -1,4 +1,4 @@
-"""TBD"""
+"""The settings file: what is accepted, what is refused and in which words, and the table of settings."""
 
 from pathlib import Path
 

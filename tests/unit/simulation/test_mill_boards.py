@@ -1,4 +1,4 @@
-"""TBD"""
+"""Boards of the simulated mill, and the recording that is written with them."""
 
 import json
 

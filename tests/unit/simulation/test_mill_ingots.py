@@ -1,4 +1,4 @@
-"""TBD"""
+"""The simulated ingot line: solids, faces, timetable and truth against projections of another kind."""
 
 import itertools
 import re

@@ -1,4 +1,4 @@
-"""TBD"""
+"""Pictures of the simulated mill: bars, light, noise, and the camera's moments."""
 
 import itertools
 import math

@@ -1,4 +1,4 @@
-"""TBD"""
+"""The simulated thermal line: barriers, bar and halo against geometry, and its recording."""
 
 import json
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""TBD"""
+"""What outlasts one reading: the ring of the last eight, statistics per bar, reasons that last."""
 
 import pytest
 from hypothesis import given

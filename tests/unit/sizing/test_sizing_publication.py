@@ -1,4 +1,4 @@
-"""TBD"""
+"""What is published of a size reading, and what of a station that has none."""
 
 import pytest
 from messages import reading

@@ -1,4 +1,4 @@
-"""TBD"""
+"""The loop of the stereo sizing station: readings, camera and rig trouble, warm-up, its end."""
 
 import dataclasses
 import select

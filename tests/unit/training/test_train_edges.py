@@ -1,4 +1,4 @@
-"""TBD"""
+"""`train-edges`: the model file and the record beside it, and the scenes that it draws."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""TBD"""
+"""Decoding of code values to light, against the published curves."""
 
 import numpy as np
 import pytest

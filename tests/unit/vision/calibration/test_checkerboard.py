@@ -1,4 +1,4 @@
-"""TBD"""
+"""The board's corners in mm, and the boards that are refused."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""TBD"""
+"""The rig file: written and read as it was, refused when wrong, and slopes against differences."""
 
 import json
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""TBD"""
+"""Roberts, Prewitt, Sobel and Canny on steps whose place and direction are known."""
 
 import numpy as np
 import pytest

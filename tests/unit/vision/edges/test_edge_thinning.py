@@ -1,4 +1,4 @@
-"""TBD"""
+"""Ridges of edge strength: one pixel wide, where the strength is greatest."""
 
 import numpy as np
 import pytest

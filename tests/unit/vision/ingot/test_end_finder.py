@@ -1,4 +1,4 @@
-"""TBD"""
+"""Ends of ingots found in drawn pictures, and the reason where none is."""
 
 import numpy as np
 import pytest

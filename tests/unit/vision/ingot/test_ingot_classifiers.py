@@ -1,4 +1,4 @@
-"""TBD"""
+"""Likeness of an end to references: single and dual classifier, wrinkles, counted confusions."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""TBD"""
+"""One decision per ingot out of frames that may each be wrong, and when an ingot begins and ends."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""TBD"""
+"""The forest's walk against a plain one node by node, in pictures and in parts of them."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""TBD"""
+"""The forest's file: written and read as it was, and refused when damaged."""
 
 import io
 from dataclasses import fields, replace

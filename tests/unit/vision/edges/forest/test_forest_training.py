@@ -1,4 +1,4 @@
-"""TBD"""
+"""Labels, splits and trees of the forest on masks whose answer is known."""
 
 import numpy as np
 import pytest
