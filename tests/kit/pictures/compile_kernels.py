@@ -1,6 +1,6 @@
 """Compile what measuring and edge detection need, once, before two processes of tests would each do it.
 
-numba keeps compiled code beside the sources, or in `NUMBA_CACHE_DIR` if that is set; every later process reads it there.
+numba keeps compiled code beside the sources, or in `NUMBA_CACHE_DIR` if set; every later process reads it there.
 """
 
 import numpy as np

@@ -1,9 +1,15 @@
 """Pictures of the simulated mill with what the gauge would know of the rig if its calibration were perfect."""
 
+from pathlib import Path
+
+import cv2
 import numpy as np
 
+from appliance.cameras.simulated.pairs import MillSource
 from appliance.simulation.bars.bars import Bar
 from appliance.simulation.true_rig import TrueRig
+from appliance.sizing.stereo.rig_file import save_rig
+from appliance.sizing.stereo.simulated_rig import mill_rig
 from vision.calibration.rig import Rig
 from vision.geometry.camera import Camera
 
@@ -33,3 +39,16 @@ def random_bar(rng: np.random.Generator) -> Bar:
         temperature_c=rng.uniform(1050, 1100),
         warm_side_deg=rng.uniform(30, 150),
     )
+
+
+def write_line(folder: Path, seed: int, frames: int) -> None:
+    """A short recording of the mill in `scene` and the rig that belongs to it in `rig.json`."""
+    source = MillSource(seed=seed, rate_hz=0)
+    for side in ("left", "right"):
+        (folder / "scene" / side).mkdir(parents=True)
+    with source:
+        for number in range(frames):
+            pair = source.next(1)
+            for side, picture in (("left", pair.left), ("right", pair.right)):
+                cv2.imwrite(str(folder / "scene" / side / f"{number:06d}.png"), picture)
+    save_rig(mill_rig(source), folder / "rig.json")

@@ -8,16 +8,14 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from mill_scenes import write_line
 from running import free_port
 
 from appliance.cameras.recording.pictures import PictureRecording
-from appliance.cameras.simulated.pairs import MillSource
 from appliance.cli import main as cli
 from appliance.simulation.bars.bars import bar_at
 from appliance.simulation.bars.study_scenes import set_up
 from appliance.sizing.reading_rows import READING_FIELDS
-from appliance.sizing.stereo.rig_file import save_rig
-from appliance.sizing.stereo.simulated_rig import mill_rig
 
 FRAMES = 3
 SEED = 1
@@ -27,15 +25,7 @@ SEED = 1
 def mill_folder(tmp_path_factory) -> Path:
     """A short recording of the mill and the rig that belongs to it."""
     folder = tmp_path_factory.mktemp("mill")
-    source = MillSource(seed=SEED, rate_hz=0)
-    for side in ("left", "right"):
-        (folder / "scene" / side).mkdir(parents=True)
-    with source:
-        for number in range(FRAMES):
-            pair = source.next(1)
-            for side, picture in (("left", pair.left), ("right", pair.right)):
-                cv2.imwrite(str(folder / "scene" / side / f"{number:06d}.png"), picture)
-    save_rig(mill_rig(source), folder / "rig.json")
+    write_line(folder, SEED, FRAMES)
     return folder
 
 

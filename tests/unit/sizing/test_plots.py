@@ -3,6 +3,7 @@
 import cv2
 import numpy as np
 import pytest
+from mill_scenes import write_line
 
 from appliance.cli import main as cli
 from appliance.simulation.bars.bars import Bar
@@ -13,14 +14,12 @@ from appliance.simulation.write_recording import write_thermal_recording
 @pytest.fixture(scope="module")
 def line(tmp_path_factory):
     folder = tmp_path_factory.mktemp("line")
-    assert cli.main(["simulate", "--output", str(folder / "sim"), "--frames", "3", "--seed", "2"]) == 0
-    assert cli.main(["calibrate", str(folder / "sim"), "--output", str(folder / "rig.json")]) == 0
+    write_line(folder, seed=2, frames=3)
     return folder
 
 
 def measure(line, *options):
-    recording = next((line / "sim" / "scenes").iterdir())
-    return cli.main(["measure", str(recording), "--rig", str(line / "rig.json"), *options])
+    return cli.main(["measure", str(line / "scene"), "--rig", str(line / "rig.json"), *options])
 
 
 def test_virtual_boards_are_measured_and_drawn(line):
