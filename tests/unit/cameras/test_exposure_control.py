@@ -34,7 +34,7 @@ def test_what_lasts_is_a_fault_that_says_which_exposure_to_try(share, light, fau
     assert not guard.look(0.0, 0.4, 500, 11.0).faults
 
 
-def test_a_short_glare_is_none():
+def test_glare_that_comes_and_goes_is_no_fault_of_the_exposure():
     guard = ExposureGuard(SETTINGS, adjustable=True)
     for now in range(100):
         assert not guard.look(0.2 if now % 5 else 0.0, 0.4, 500, now).faults

@@ -111,7 +111,7 @@ def test_what_may_not_be_believed_is_not_measured_and_named_in_time(make, name, 
 
 
 @pytest.mark.parametrize(("make", "name", "words", "detector"), DETECTORS)
-def test_without_its_detector_it_would_be_measured(make, name, words, detector, monkeypatch):
+def test_a_faulty_camera_would_be_measured_without_its_detector(make, name, words, detector, monkeypatch):
     monkeypatch.setattr(liveness_module, detector, lambda *_: None)
     found, _, counted, _ = first_fault(make)
     assert found is None

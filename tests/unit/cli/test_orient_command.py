@@ -30,7 +30,7 @@ def rows(file):
     return [json.loads(line) for line in file.read_text().splitlines()]
 
 
-def test_rows_are_those_that_others_rely_on(recording, recordings, tmp_path):
+def test_every_frame_and_every_ingot_is_a_row_with_the_agreed_keys(recording, recordings, tmp_path):
     assert orient(recording, recordings / "ingot_line", tmp_path / "out.jsonl") == 0
     lines = rows(tmp_path / "out.jsonl")
     frames = [line for line in lines if "frame" in line]
@@ -50,7 +50,7 @@ def test_rows_are_those_that_others_rely_on(recording, recordings, tmp_path):
     assert not frames[ingot["first_frame"] - 1]["present"]
 
 
-def test_csv_says_the_same(recording, recordings, tmp_path):
+def test_csv_has_the_same_rows_as_json_lines(recording, recordings, tmp_path):
     for name in ("out.jsonl", "out.csv"):
         orient(recording, recordings / "ingot_line", tmp_path / name)
     with (tmp_path / "out.csv").open(newline="") as file:
@@ -70,7 +70,7 @@ def test_the_sources_classifiers_can_be_chosen(recording, recordings, tmp_path):
                 assert line["orientation"] == ("top" if top else "bottom")
 
 
-def test_pictures_on_request(recording, recordings, tmp_path):
+def test_plot_writes_a_picture_per_frame_and_a_strip_of_the_ends(recording, recordings, tmp_path):
     assert orient(recording, recordings / "ingot_line", tmp_path / "out", "--plot", tmp_path / "plot") == 0
     found = sum(bool(line.get("present")) for line in rows(tmp_path / "out"))
     assert len(list((tmp_path / "plot").glob("*.jpg"))) == len(list(recording.iterdir()))

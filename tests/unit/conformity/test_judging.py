@@ -151,7 +151,7 @@ def test_the_correction_grows_no_faster_than_its_rate_and_stays_at_its_clamp():
     assert all(0 <= before - after <= 0.05 + 1e-9 for before, after in itertools.pairwise(seen))
 
 
-def test_the_first_moment_of_all_moves_nothing():
+def test_the_first_reading_asks_for_no_correction():
     assert advisor().values(thick(), 1e6)["correction"] == 0
 
 

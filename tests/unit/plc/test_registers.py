@@ -70,7 +70,7 @@ def changed(which: str, **fields: object) -> list[Register]:
     return [dataclasses.replace(row, **fields) if row.name == which else row for row in REGISTERS]
 
 
-def test_the_map_keeps_its_own_rules():
+def test_the_register_map_passes_the_check_of_every_version():
     check(REGISTERS)
 
 

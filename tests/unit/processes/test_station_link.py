@@ -77,7 +77,7 @@ def test_a_supervisor_that_is_gone_is_no_error_of_the_sender(ends):
         b'{"kind":"state","state":"x"}\n',
     ],
 )
-def test_what_is_no_message_is_refused(line):
+def test_a_line_that_is_no_message_is_refused(line):
     with pytest.raises(ValueError, match="validation error"):
         parse(line)
 

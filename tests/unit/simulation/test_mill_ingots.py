@@ -101,7 +101,7 @@ def test_radii_and_positions_differ_from_line_to_line():
     assert (boxes[:, :2] + boxes[:, 2:] <= [960, 540]).all()
 
 
-def test_states_follow_each_other_as_on_a_line():
+def test_an_ingot_is_lowered_placed_and_taken_away_in_this_order():
     for seed in range(3):
         states = "".join(
             (moment.sights[-1].state if moment.sights else "empty")[:2] + " "
@@ -130,7 +130,7 @@ def test_the_same_seed_gives_the_same_bits_and_another_seed_another_line():
     assert not np.array_equal(once[0][0], once[1][0])  # each frame has noise of its own
 
 
-def test_a_line_is_the_same_under_every_condition():
+def test_a_line_has_the_same_camera_under_every_condition():
     cameras = [ingot_line(3, name).camera for name in NAMES]
     assert all(np.array_equal(camera.K, cameras[0].K) and np.array_equal(camera.t, cameras[0].t) for camera in cameras)
 
@@ -159,7 +159,7 @@ def test_the_label_is_that_of_the_end_in_the_picture():
     assert min(measured["top"]) > max(measured["bottom"])
 
 
-def test_a_pattern_belongs_to_its_ingot():
+def test_two_ingots_have_different_faces():
     line = ingot_line(3, "clean", SMALL)
     one, other = (line.ingot("top", np.random.default_rng(seed)).face for seed in (1, 2))
     assert abs(np.corrcoef(one.ravel(), other.ravel())[0, 1]) < 0.8

@@ -73,7 +73,7 @@ def test_what_hides_marks_does_not_count(marks):
 
 
 @pytest.mark.parametrize("picture", [np.zeros((300, 400), np.uint8), taken(line(seed=9), 8)])
-def test_another_scene_says_nothing(marks, picture):
+def test_marks_give_no_displacement_in_a_picture_of_another_scene(marks, picture):
     assert np.isnan(marks.moved_px(picture))
     assert np.isnan(NO_MARKS.moved_px(picture))
 

@@ -77,13 +77,13 @@ def test_the_reason_says_why_there_is_no_end(finder, drawn, wanted):
     assert reason(finder, ingot(line(), **drawn)) is wanted
 
 
-def test_a_hot_box_has_no_end(finder):
+def test_a_glowing_box_is_not_taken_for_an_end(finder):
     picture = line()
     picture[230:330, 440:520] = (40, 130, 240)
     assert reason(finder, picture) is IngotReason.NO_CIRCLE
 
 
-def test_limits_are_settings(finder):
+def test_wider_limits_find_a_smaller_end_and_limits_the_wrong_way_round_are_refused(finder):
     small = ingot(line(), radius=28.0)
     wide = EndFinder(Box(*CROP), Box(*CENTROID), EndLimits.wide(960))
     assert_is_at(wide.find(small)[0], 480, 280, 28)

@@ -86,7 +86,7 @@ def test_the_end_fills_its_image():
     assert end_image(picture, End(100.0, 90.0, 64.0, "region"))[30, [0, 31, 63]].tolist() == [37, 99, 163]
 
 
-def test_the_sources_classifiers():
+def test_single_and_dual_classifier_decide_as_in_the_dissertation():
     assert (single(0.76), single(0.75), single(0.5, threshold=0.4)) == ("top", "bottom", "top")
     assert (dual(0.7, 0.6), dual(0.7, 0.7), dual(0.6, 0.7)) == ("top", "top", "bottom")
 

@@ -60,7 +60,7 @@ def test_pictures_of_one_ingot_never_count_as_more_than_the_correlation_allows()
     assert ingot.confidence == pytest.approx(100 / (1 + math.exp(-3.0 / rule.correlation)), abs=0.05)
 
 
-def test_one_picture_cannot_shout_down_the_others():
+def test_one_extreme_picture_does_not_outvote_all_others_of_its_ingot():
     (ingot,) = told([*lying(-8.0, 2), seen(1e6, 244), *lying(-8.0, 20, start=246)])
     assert ingot.orientation == "bottom"
 

@@ -128,7 +128,7 @@ def test_any_number_of_trees_may_be_asked():
     assert (EdgeDetector(leaves_alone(range(256), trees=1 + 4)).strength(picture)[30:50, 30:50] == 2).all()
 
 
-def test_pictures_of_other_layouts_are_taken(forest):
+def test_read_only_and_column_major_pictures_give_the_same_edges(forest):
     picture = random_picture(120, 90, seed=6, colours=1)
     detector = EdgeDetector(forest)
     wanted = detector.strength(picture)

@@ -93,7 +93,7 @@ def test_edges_in_the_middle_of_a_tree_are_refused(forest):
         replace(forest, edge_starts=starts)
 
 
-def test_no_damage_to_a_file_gets_through(forest, tmp_path):
+def test_random_damage_of_a_model_file_never_goes_unnoticed(forest, tmp_path):
     memory = io.BytesIO()
     forest.save(memory)
     content = bytearray(memory.getvalue())

@@ -295,7 +295,7 @@ def test_a_background_of_another_size_is_refused(recording, tmp_path, capsys):
         (("--barrier-mm", 500, "--compensation-mm", "nan"), "--compensation-mm"),
     ],
 )
-def test_what_cannot_be_done_is_one_sentence(recording, tmp_path, capsys, more, named):
+def test_measure_refuses_conveyor_options_that_cannot_be_in_one_sentence(recording, tmp_path, capsys, more, named):
     assert command(recording, tmp_path / "out.jsonl", *more) == 2
     error = capsys.readouterr().err
     assert named in error

@@ -75,7 +75,7 @@ def test_three_or_four_planes_give_the_cylinder(limbs):
     np.testing.assert_allclose(rough_cylinder(planes(limbs)), TRUTH, atol=1e-6)
 
 
-def test_two_planes_give_none():
+def test_two_tangent_planes_give_no_cylinder():
     assert rough_cylinder(planes((0, 1))) is None
 
 

@@ -43,5 +43,5 @@ def test_any_rig_gives_back_the_bar_that_it_saw():
         assert 2 * (wider.radius_mm - section.radius_mm) == pytest.approx(0.1 * section.diameter_per_width, rel=1e-3)
 
 
-def test_a_bar_that_would_hold_a_camera_is_none():
+def test_a_bar_that_would_enclose_a_camera_has_no_section():
     assert solve_section(np.array([[-500.0, 800.0], [500.0, 800.0]]), 100.0, 5000.0, 0.0) is None
