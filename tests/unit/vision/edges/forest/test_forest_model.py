@@ -93,7 +93,7 @@ def test_edges_in_the_middle_of_a_tree_are_refused(forest):
         replace(forest, edge_starts=starts)
 
 
-def test_random_damage_of_a_model_file_never_goes_unnoticed(forest, tmp_path):
+def test_random_damage_of_a_model_file_is_refused_or_does_no_harm(forest, tmp_path):
     memory = io.BytesIO()
     forest.save(memory)
     content = bytearray(memory.getvalue())
