@@ -4,9 +4,9 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from appliance.sizing.stereo.simulated_rig import mill_rig
 
 from appliance.cameras.simulated.pairs import MillSource
+from appliance.cameras.simulated.rig import mill_rig
 from appliance.simulation.bars.bars import Bar
 from appliance.simulation.true_rig import TrueRig
 from appliance.sizing.stereo.rig_file import save_rig
