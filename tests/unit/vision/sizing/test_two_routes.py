@@ -14,7 +14,7 @@ from appliance.simulation.true_rig import default_rig
 from appliance.sizing.trust import trust_percent
 from vision.readings import SizeReading
 from vision.reasons import Reason
-from vision.sizing.gauge import LOST_PX, MOVED_PX, Gauge, judged
+from vision.sizing.gauge import CALIBRATION_DUE_PX, CAMERA_MOVED_PX, Gauge, judged
 from vision.sizing.tangent.gauge import TangentGauge
 from vision.sizing.virtual_board.reading import VirtualBoardReading
 
@@ -92,9 +92,9 @@ class Moved:
     ("distance_px", "reason"),
     [
         (math.nan, Reason.NONE),
-        (MOVED_PX - 0.01, Reason.NONE),
-        (MOVED_PX + 0.01, Reason.CALIBRATION_DUE),
-        (LOST_PX + 0.01, Reason.CAMERA_MOVED),
+        (CALIBRATION_DUE_PX - 0.01, Reason.NONE),
+        (CALIBRATION_DUE_PX + 0.01, Reason.CALIBRATION_DUE),
+        (CAMERA_MOVED_PX + 0.01, Reason.CAMERA_MOVED),
     ],
 )
 def test_a_camera_that_moved_is_told_and_far_off_it_serves_nothing(pair, distance_px, reason):
