@@ -3,6 +3,7 @@
 import asyncio
 import errno
 import json
+import os
 import threading
 import time
 from pathlib import Path
@@ -103,7 +104,7 @@ def test_a_file_of_which_half_was_written_never_takes_the_place_of_a_whole_one(t
     def power_cut(*_: object) -> None:
         raise OSError(errno.EIO, "power cut")
 
-    monkeypatch.setattr(kept_module.os, "fsync", power_cut)
+    monkeypatch.setattr(os, "fsync", power_cut)
     with pytest.raises(OSError, match="power cut"):
         write(file, {"target_diameter": 1000})
     assert read(file) == WRITTEN
