@@ -1,4 +1,4 @@
-"""What one picture says of the ingot on the line: end, similarities, verdict."""
+"""Reading of one picture of the ingot on the line: end, similarities, verdict."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.ingot.classifiers.similarity import as_reference, similarity
-from vision.ingot.classifiers.ssim import THRESHOLD, Orientation, dual, single
+from vision.ingot.classifiers.ssim import TOP_THRESHOLD, Orientation, dual, single
 from vision.ingot.classifiers.wrinkles import FaceJudge
 from vision.ingot.end_finder import End, EndFinder
 from vision.ingot.end_image import end_image
@@ -20,8 +20,8 @@ Picture = NDArray[np.uint8]
 Classifier = Literal["wrinkles", "dual", "single"]
 
 CLASSIFIERS: tuple[Classifier, ...] = ("wrinkles", "dual", "single")
-CLIPPED_SHARE = 0.1  # of the end: from here the picture counts as overexposed
-LOG_ODDS_PER_SIMILARITY = 60.0  # of the source's classifiers, whose similarities differ by some 0.1
+OVEREXPOSED_SHARE = 0.1  # chosen: with more of the end clipped in red the picture is `overexposed`
+LOG_ODDS_PER_SIMILARITY = 60.0  # chosen: the dissertation's classifiers compare similarities that differ by about 0.1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,7 +40,7 @@ class OrientationReader:
     finder : EndFinder
     references : References
     classifier : {"wrinkles", "dual", "single"}
-        "single" and "dual" are the source's.
+        "single" and "dual" are the dissertation's.
 
     Raises
     ------
@@ -95,7 +95,7 @@ class OrientationReader:
 
     def _verdict(self, image: Picture, ssim_top: float, ssim_bottom: float) -> tuple[Orientation, float]:
         if self._classifier == "single":
-            return single(ssim_top), LOG_ODDS_PER_SIMILARITY * (ssim_top - THRESHOLD)
+            return single(ssim_top), LOG_ODDS_PER_SIMILARITY * (ssim_top - TOP_THRESHOLD)
         if self._classifier == "dual":
             return dual(ssim_top, ssim_bottom), LOG_ODDS_PER_SIMILARITY * (ssim_top - ssim_bottom)
         log_odds = self._judge.log_odds(image)
@@ -108,4 +108,5 @@ def _is_overexposed(picture: Picture, end: End) -> bool:
     x, y = round(end.center_x), round(end.center_y)
     inside = picture[max(0, y - half) : y + half + 1, max(0, x - half) : x + half + 1]
     red = inside if inside.ndim == 2 else inside[..., 2]
-    return bool(cv2.countNonZero(cv2.inRange(np.ascontiguousarray(red), CLIPPED_CODE, 255)) > CLIPPED_SHARE * red.size)
+    clipped = cv2.countNonZero(cv2.inRange(np.ascontiguousarray(red), CLIPPED_CODE, 255))
+    return bool(clipped > OVEREXPOSED_SHARE * red.size)

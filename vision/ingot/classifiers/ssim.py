@@ -1,17 +1,29 @@
-"""Which end one picture shows: the source's two classifiers, and how classifiers are judged (eq. 6.4 to 6.6)."""
+"""Verdict on one picture's end by its similarities: the dissertation's two classifiers."""
 
 from typing import Literal
 
 Orientation = Literal["top", "bottom", "undecided"]
 
-THRESHOLD = 0.75  # of the source
+TOP_THRESHOLD = 0.75  # the dissertation's, of the similarity to the top reference
 
 
-def single(ssim_top: float, threshold: float = THRESHOLD) -> Orientation:
-    """The source's first classifier: top where the similarity to the top reference exceeds a threshold."""
+def single(ssim_top: float, threshold: float = TOP_THRESHOLD) -> Orientation:
+    """The dissertation's first classifier: top where the similarity to the top reference exceeds a threshold.
+
+    Parameters
+    ----------
+    ssim_top, threshold : float
+        -1 to 1.
+    """
     return "top" if ssim_top > threshold else "bottom"
 
 
 def dual(ssim_top: float, ssim_bottom: float) -> Orientation:
-    """Algorithm 17: the more similar reference, the top when both are equally so."""
+    """Algorithm 17: the orientation of the more similar reference; the top when both are equally similar.
+
+    Parameters
+    ----------
+    ssim_top, ssim_bottom : float
+        -1 to 1.
+    """
     return "top" if ssim_top >= ssim_bottom else "bottom"
