@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from appliance.cameras.settings import ExposureSettings
 
-DARKER, BRIGHTER = 0.8, 1.25  # one step of exposure
+DARKER_FACTOR, BRIGHTER_FACTOR = 0.8, 1.25  # one step of exposure
 
 
 class Advice(NamedTuple):
@@ -27,7 +27,7 @@ class Advice(NamedTuple):
     faults: dict[str, str]
 
 
-NOTHING = Advice(math.nan, {})
+NO_ADVICE = Advice(math.nan, {})
 
 
 class ExposureGuard:
@@ -46,7 +46,7 @@ class ExposureGuard:
         self._trouble = ""
         self._since_s = 0.0
 
-    def look(self, clipped_share: float, light: float, exposure_us: float, now_s: float) -> Advice:
+    def advise(self, clipped_share: float, light: float, exposure_us: float, now_s: float) -> Advice:
         """Judge the edges of one bar.
 
         Parameters
@@ -61,13 +61,13 @@ class ExposureGuard:
             Monotonic time.
         """
         if math.isnan(clipped_share):
-            return NOTHING
+            return NO_ADVICE
         trouble = self._trouble_of(clipped_share, light)
         if trouble != self._trouble:
             self._trouble, self._since_s = trouble, now_s
         if not trouble or now_s - self._since_s < self._settings.after_s:
-            return NOTHING
-        step = DARKER if trouble == "exposure_high" else BRIGHTER
+            return NO_ADVICE
+        step = DARKER_FACTOR if trouble == "exposure_high" else BRIGHTER_FACTOR
         wanted_us = min(max(exposure_us * step, self._settings.shortest_us), self._settings.longest_us)
         if self._control and abs(wanted_us - exposure_us) >= 1:  # not so when it is not known
             self._since_s = now_s  # the next step waits as long

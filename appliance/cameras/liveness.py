@@ -20,9 +20,9 @@ from appliance.cameras.source import Frame, FramePair
 Picture = NDArray[np.uint8]
 
 SIDES = ("left", "right")
-FUTURE_S = 0.05  # an exposure that is said to be later than now by more than this
+CLOCK_TOLERANCE_S = 0.05  # an exposure that is said to be later than now by more than this
 SAMPLE_STEP = 16  # pixels between those that are looked at first
-ODD_SHARE = 0.001  # of the pixels of a blank picture may differ from the others, as hot pixels do
+HOT_PIXEL_SHARE = 0.001  # of the pixels of a blank picture may differ from the others, as hot pixels do
 RATE_WINDOW_S = 5.0
 
 
@@ -50,7 +50,7 @@ class Exposure(NamedTuple):
     repeated: bool
 
     @classmethod
-    def of(cls, exposed: FramePair | Frame) -> Self:
+    def from_source(cls, exposed: FramePair | Frame) -> Self:
         """The exposure that a pair is, or a picture of a single camera."""
         if isinstance(exposed, FramePair):
             pictures, stamps = (exposed.left, exposed.right), (exposed.left_us, exposed.right_us)
@@ -86,7 +86,7 @@ class Trouble(NamedTuple):
     detail: str
 
 
-UNCONFIRMED = Trouble("", "the first picture, with which the next one is compared")
+UNCONFIRMED_PICTURE = Trouble("", "the first picture, with which the next one is compared")
 NO_PICTURE = Trouble("camera_lost", "no picture")
 
 
@@ -110,7 +110,7 @@ class Liveness:
         self._trouble = NO_PICTURE
         self._rate = _Rate(settings, opened_s)
 
-    def look(self, exposure: Exposure | None, now_s: float) -> Verdict:
+    def judge(self, exposure: Exposure | None, now_s: float) -> Verdict:
         """Judge the newest exposure, or that there is none.
 
         Parameters
@@ -125,7 +125,7 @@ class Liveness:
             self._seen_s = now_s
             if trouble is None:
                 self._counted_s = now_s
-                return Verdict(counts=True, faults=self._rate.take(exposure, now_s), lost_s=0.0)
+                return Verdict(counts=True, faults=self._rate.add(exposure, now_s), lost_s=0.0)
             self._trouble = trouble
         elif self._is_long(now_s - self._seen_s):
             self._trouble = NO_PICTURE
@@ -144,7 +144,7 @@ class Liveness:
         blank = _blank(exposure, self._settings.blank_level)
         future = _future(exposure, now_s)
         if self._before is None:
-            return future or apart or blank or (None if self._numbered else UNCONFIRMED)
+            return future or apart or blank or (None if self._numbered else UNCONFIRMED_PICTURE)
         return (
             _size_changed(exposure, self._before)
             or future
@@ -164,7 +164,7 @@ def _size_changed(exposure: Exposure, before: Exposure) -> Trouble | None:
 
 
 def _future(exposure: Exposure, now_s: float) -> Trouble | None:
-    if exposure.exposed_monotonic_s > now_s + FUTURE_S:
+    if exposure.exposed_monotonic_s > now_s + CLOCK_TOLERANCE_S:
         return Trouble("camera_clock_wrong", "the moment of exposure is later than now")
     return None
 
@@ -191,7 +191,7 @@ def _blank(exposure: Exposure, level: int) -> Trouble | None:
     for side, picture in zip(SIDES, exposure.pictures, strict=False):
         sample = picture[::SAMPLE_STEP, ::SAMPLE_STEP].astype(np.int16)
         middle = np.median(sample, axis=(0, 1))
-        if np.mean(np.abs(sample - middle) > level) < ODD_SHARE:
+        if np.mean(np.abs(sample - middle) > level) < HOT_PIXEL_SHARE:
             return Trouble("picture_blank", f"the {side} camera's picture is {np.mean(middle):.0f} all over")
     return None
 
@@ -214,25 +214,25 @@ class _Rate:
         self._faults: dict[str, str] = {}
         self._begin(opened_s, dropped=0)
 
-    def take(self, exposure: Exposure, now_s: float) -> dict[str, str]:
+    def add(self, exposure: Exposure, now_s: float) -> dict[str, str]:
         """Faults of the last whole stretch of time."""
-        self._taken += 1
+        self._count += 1
         elapsed_s = now_s - self._began_s
         if elapsed_s >= RATE_WINDOW_S:
-            self._faults = self._judge(1000 * elapsed_s / self._taken, exposure.dropped - self._dropped)
+            self._faults = self._judge(1000 * elapsed_s / self._count, exposure.dropped - self._dropped)
             self._begin(now_s, exposure.dropped)
         return dict(self._faults)
 
     def _begin(self, now_s: float, dropped: int) -> None:
         self._began_s = now_s
         self._dropped = dropped
-        self._taken = 0
+        self._count = 0
 
     def _judge(self, interval_ms: float, dropped: int) -> dict[str, str]:
         faults: dict[str, str] = {}
         if interval_ms > self._settings.interval_max_ms:
             faults["pairs_slow"] = f"one every {interval_ms:.0f} ms, wanted {self._settings.interval_max_ms} at most"
-        lost_percent = 100 * dropped / (dropped + self._taken)
+        lost_percent = 100 * dropped / (dropped + self._count)
         if lost_percent > self._settings.dropped_max_percent:
             faults["pairs_dropped"] = f"{lost_percent:.0f} % lost, {self._settings.dropped_max_percent:g} % at most"
         return faults

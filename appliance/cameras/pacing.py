@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 
-RATE_OF_STAMPS_HZ = 25.0
+STAMP_RATE_HZ = 25.0
 
 
 class Pacer:
@@ -37,19 +37,19 @@ class Pacer:
         self._next = 0
         self.dropped = 0
 
-    def take(self, timeout_s: float) -> tuple[int, float] | None:
+    def next_due(self, timeout_s: float) -> tuple[int, float] | None:
         """Number and moment (clock, seconds) of the newest exposure not taken yet.
 
         Waits at most `timeout_s`; None when none is due by then.
         """
         if self._rate_hz == 0:
-            return self._taken(self._next, self._clock())
+            return self._deliver(self._next, self._clock())
         if not self._wait_until(self._moment(self._next), timeout_s):
             return None
         newest = max(self._next, int((self._clock() - self._start_s) * self._rate_hz))
-        return self._taken(newest, self._moment(newest))
+        return self._deliver(newest, self._moment(newest))
 
-    def _taken(self, number: int, moment_s: float) -> tuple[int, float]:
+    def _deliver(self, number: int, moment_s: float) -> tuple[int, float]:
         self.dropped += number - self._next
         self._next = number + 1
         return number, moment_s
@@ -66,7 +66,7 @@ class Pacer:
 
 def device_us(number: int, rate_hz: float) -> int:
     """Time stamp, µs, that a steady device clock gives an exposure; without a rate as if there were 25 a second."""
-    return round(number * 1e6 / (rate_hz or RATE_OF_STAMPS_HZ))
+    return round(number * 1e6 / (rate_hz or STAMP_RATE_HZ))
 
 
 def utc_ms(monotonic_s: float) -> int:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from appliance.cameras.pacing import utc_ms
 from appliance.cameras.source import FramePair
 
-KEPT = 8  # pictures of a camera that wait for their partner; older ones have lost it
+LARGEST_QUEUE = 8  # pictures of a camera that wait for their partner; older ones have lost it
 
 
 class Exposure(NamedTuple):
@@ -59,7 +59,10 @@ class Pairing:
     def __init__(self, in_step_s: float, *, same_sequence: bool) -> None:
         self._in_step_s = in_step_s
         self._same_sequence = same_sequence
-        self._waiting: tuple[deque[Exposure], deque[Exposure]] = (deque(maxlen=KEPT), deque(maxlen=KEPT))
+        self._waiting: tuple[deque[Exposure], deque[Exposure]] = (
+            deque(maxlen=LARGEST_QUEUE),
+            deque(maxlen=LARGEST_QUEUE),
+        )
         self._first: int | None = None
         self._last = -1
         self.dropped = 0
@@ -74,7 +77,7 @@ class Pairing:
         """Take a picture of the left (0) or right (1) camera."""
         self._waiting[side].append(exposure)
 
-    def take(self) -> FramePair | None:
+    def newest_pair(self) -> FramePair | None:
         """Newest pair that is complete, and forget all that is older; None without one."""
         for left in reversed(self._waiting[0]):
             right = self._same_number(left) if self._same_sequence else self._nearest(left)

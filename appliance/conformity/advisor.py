@@ -2,7 +2,7 @@
 
 import math
 
-from appliance.conformity.cold_size import Size, cold_size, to_judge
+from appliance.conformity.cold_size import Size, cold_size, judged_size
 from appliance.conformity.correction import towards, wanted_correction_mm
 from appliance.conformity.decision import allowed_uncertainty_mm, decide
 from appliance.conformity.set_points import SetPoints
@@ -70,7 +70,7 @@ class Advisor:
         values: dict[str, Value] = {}
         if cold is not None:
             values = {"diameter_cold": cold.diameter_mm, "expanded_uncertainty_cold": cold.expanded_mm}
-        judged = to_judge(hot, cold, points)
+        judged = judged_size(hot, cold, points)
         if judged is None or points.target_mm is None:
             return values
         deviation_mm = judged.diameter_mm - points.target_mm

@@ -7,7 +7,7 @@ from appliance.sizing.message import ReadingMessage
 from plc.rows import Value
 from vision.reasons import Reason
 
-BLIND_S = 2.0  # a bar that is seen again after so long may be another one
+BLIND_TIME_S = 2.0  # a bar that is seen again after so long may be another one
 
 
 class Part(enum.Enum):
@@ -64,7 +64,7 @@ class BarStatistics:
         if Reason.NO_BAR in reading.reasons:
             self._passing = self._passing and away_s < self._gap_s
             return
-        self._passing = self._passing and away_s < max(BLIND_S, self._gap_s)
+        self._passing = self._passing and away_s < max(BLIND_TIME_S, self._gap_s)
         self._seen_s = message.exposed_monotonic_s
         if reading.valid:
             self._add(reading.diameter_mm, body=part_of_bar(reading.reasons) is Part.BODY)

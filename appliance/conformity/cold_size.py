@@ -40,6 +40,6 @@ def cold_size(hot: Size, points: SetPoints, temperature_u_c: float) -> Size | No
     return Size(hot.diameter_mm * factor, math.hypot(hot.expanded_mm * factor, 2 * u_temperature_mm))
 
 
-def to_judge(hot: Size, cold: Size | None, points: SetPoints) -> Size | None:
+def judged_size(hot: Size, cold: Size | None, points: SetPoints) -> Size | None:
     """The size that target and tolerances are meant for: cold if a grade is set, else hot."""
     return hot if points.grade is None else cold

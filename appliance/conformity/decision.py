@@ -4,13 +4,13 @@ from appliance.conformity.set_points import SetPoints
 from appliance.sizing.trust import U_MAX_WITHOUT_TOLERANCE_MM
 from plc.codes import Decision
 
-SHARE_OF_TOLERANCE = 8  # U_max is this part of the tolerance's width
+TOLERANCE_TO_U_RATIO = 8  # U_max is this part of the tolerance's width
 
 
 def allowed_uncertainty_mm(points: SetPoints) -> float:
     """U_max, the expanded uncertainty that costs no trust."""
     tolerance = points.tolerance_mm
-    return U_MAX_WITHOUT_TOLERANCE_MM if tolerance is None else sum(tolerance) / SHARE_OF_TOLERANCE
+    return U_MAX_WITHOUT_TOLERANCE_MM if tolerance is None else sum(tolerance) / TOLERANCE_TO_U_RATIO
 
 
 def decide(deviation_mm: float, expanded_mm: float, tolerance_mm: tuple[float, float]) -> Decision:

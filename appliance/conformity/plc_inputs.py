@@ -111,7 +111,7 @@ class PlcInputs:
     @property
     def points(self) -> SetPoints:
         """Target, tolerances, temperature and grade."""
-        return SetPoints.of(self.written)
+        return SetPoints.from_words(self.written)
 
     @property
     def held(self) -> bool:

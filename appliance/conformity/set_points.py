@@ -20,7 +20,7 @@ class SetPoints:
     grade: int | None = None
 
     @classmethod
-    def of(cls, written: Mapping[str, int | bool]) -> Self:
+    def from_words(cls, written: Mapping[str, int | bool]) -> Self:
         """Set points from the numbers in their words, by register; 0 and missing mean "not set"."""
         grade = int(written.get("expansion_grade", 0))
         return cls(

@@ -70,11 +70,11 @@ class Faults:
         ValueError
             A name is not in the table, or not one that a station tells.
         """
-        wrong = [name for name in found if name not in _ROWS or not _ROWS[name].told_by_station]
+        wrong = [name for name in found if name not in _ROWS or not _ROWS[name].reported_by_station]
         if wrong:
             raise ValueError(f"found: no station tells of {wrong[0]!r}")
         for row in FAULTS:
-            if row.told_by_station:
+            if row.reported_by_station:
                 self.report(row.name, active=row.name in found, detail=found.get(row.name, ""), station=station)
 
     def acknowledge(self) -> None:

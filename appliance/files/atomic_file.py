@@ -7,7 +7,7 @@ from collections.abc import Generator
 from pathlib import Path
 from typing import TextIO
 
-READABLE_BY_ALL = 0o644
+FILE_MODE = 0o644
 
 
 @contextlib.contextmanager
@@ -17,7 +17,7 @@ def whole_file(path: Path) -> Generator[TextIO]:
     temporary = Path(name)
     try:
         with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
-            os.fchmod(file.fileno(), READABLE_BY_ALL)
+            os.fchmod(file.fileno(), FILE_MODE)
             yield file
             file.flush()
             os.fsync(file.fileno())

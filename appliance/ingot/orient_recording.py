@@ -57,7 +57,7 @@ def orient_recording(
             reader = reader or make_reader(settings, view, picture)
             reading = reader.read(picture)
             write(frame_row(frame, reading))
-            for decision in follower.take(frame, reading):
+            for decision in follower.add(frame, reading):
                 write(ingot_row(decision))
             if pictures is not None:
                 pictures.add(frame, picture, reading, follower.current)

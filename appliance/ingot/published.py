@@ -7,7 +7,7 @@ from plc.rows import Value
 from vision.reasons import IngotReason
 
 ORIENTATION_CODES = {"top": Orientation.TOP, "bottom": Orientation.BOTTOM, "undecided": Orientation.UNDECIDED}
-AGE_LARGEST_MS = 0xFFFFFFFE  # one more is "no value"
+LARGEST_AGE_MS = 0xFFFFFFFE  # one more is "no value"
 
 
 class IngotPublication:
@@ -98,7 +98,7 @@ class IngotPublication:
             "ingot_ring_index": self._index,
         }
         if self._newest is not None:
-            values["ingot_age"] = min(round(self._age_ms), AGE_LARGEST_MS)
+            values["ingot_age"] = min(round(self._age_ms), LARGEST_AGE_MS)
         if self._standing is not None:
             reading = self._standing.reading
             values |= {"ssim_top": reading.ssim_top, "ssim_bottom": reading.ssim_bottom}

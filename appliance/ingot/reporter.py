@@ -12,7 +12,7 @@ from appliance.ingot.settings import IngotSettings
 from vision.ingot.sequential_decision import IngotDecision, IngotFollower
 from vision.readings import OrientationReading
 
-TOLD_AGAIN = 4  # ingots: more are not decided in the time of a few lost messages
+REPEATED_DECISIONS = 4  # ingots: more are not decided in the time of a few lost messages
 
 
 class IngotReporter:
@@ -25,7 +25,7 @@ class IngotReporter:
 
     def __init__(self, settings: IngotSettings) -> None:
         self._follower = IngotFollower(decision_rule(settings.decision))
-        self._told: collections.deque[IngotVerdict] = collections.deque(maxlen=TOLD_AGAIN)
+        self._decided: collections.deque[IngotVerdict] = collections.deque(maxlen=REPEATED_DECISIONS)
 
     def report(
         self, frame: Frame, reading: OrientationReading, elapsed_ms: float, *, dropped: int, simulated: bool
@@ -44,8 +44,8 @@ class IngotReporter:
         simulated : bool
         """
         now_ms = utc_ms(time.monotonic())
-        for decision in self._follower.take(frame.sequence, reading):
-            self._told.append(_verdict(decision, now_ms))
+        for decision in self._follower.add(frame.sequence, reading):
+            self._decided.append(_verdict(decision, now_ms))
         current = self._follower.current
         return IngotMessage(
             sequence=frame.sequence,
@@ -55,7 +55,7 @@ class IngotReporter:
             simulated=simulated,
             reading=reading,
             current=None if current is None else _verdict(current, now_ms),
-            told=tuple(self._told),
+            told=tuple(self._decided),
         )
 
 

@@ -20,11 +20,11 @@ from appliance.processes.resource_limits import EXIT_OUT_OF_MEMORY
 SILENCE_LIMIT_S = 4.0  # after a reading: the next one, or a fault, comes long before
 START_LIMIT_S = 60.0  # opening cameras, compiling, a first calibration, all on a busy computer
 LEAVE_TIME_S = 2.5  # a process leaves by itself when its link closes; it gives itself 2 s
-PAUSE_FIRST_S = 0.2
-PAUSE_LONGEST_S = 3.0
-ENDS_IN_ROW = 5  # from here on the station is failing
-COOL_DOWN_S = 30.0
-GOOD_RUN_S = 30.0
+FIRST_PAUSE_S = 0.2
+LONGEST_PAUSE_S = 3.0
+ENDS_BEFORE_FAILING = 5  # from here on the station is failing
+FAILING_PAUSE_S = 30.0
+GOOD_RUN_TIME_S = 30.0
 
 
 class Health(NamedTuple):
@@ -92,7 +92,7 @@ class MonitoredProcess(Generic[MessageT]):
                 if (task := asyncio.current_task()) and task.cancelling():
                     raise
                 self._ends = 0  # the process was cancelled and not `run`: it has new settings
-                self._tell("restarting", ended=True, detail="the measuring process is started with new settings")
+                self._report("restarting", ended=True, detail="the measuring process is started with new settings")
                 continue
             await asyncio.sleep(self._count_end(reason))
 
@@ -105,23 +105,25 @@ class MonitoredProcess(Generic[MessageT]):
     def _count_end(self, reason: str) -> float:
         """Tell of an end; the time to wait before the next start."""
         self._ends = 1 if self._runs_well() else self._ends + 1
-        if self._ends >= ENDS_IN_ROW:
-            self._tell("failing", ended=True, detail=f"{reason}, {self._ends} times; next try in {COOL_DOWN_S:.0f} s")
-            return COOL_DOWN_S
-        self._tell("restarting", ended=True, detail=reason)
-        return min(PAUSE_FIRST_S * 2 ** (self._ends - 1), PAUSE_LONGEST_S)
+        if self._ends >= ENDS_BEFORE_FAILING:
+            self._report(
+                "failing", ended=True, detail=f"{reason}, {self._ends} times; next try in {FAILING_PAUSE_S:.0f} s"
+            )
+            return FAILING_PAUSE_S
+        self._report("restarting", ended=True, detail=reason)
+        return min(FIRST_PAUSE_S * 2 ** (self._ends - 1), LONGEST_PAUSE_S)
 
     def _receive(self, message: StateMessage | MessageT) -> None:
         if not isinstance(message, StateMessage):
             self._measures_since_s = min(self._measures_since_s, time.monotonic())
             if self._state != "failing" or self._runs_well():
-                self._tell("running")
+                self._report("running")
         self._on_message(message)
 
     def _runs_well(self) -> bool:
-        return time.monotonic() - self._measures_since_s > GOOD_RUN_S
+        return time.monotonic() - self._measures_since_s > GOOD_RUN_TIME_S
 
-    def _tell(
+    def _report(
         self, state: Literal["running", "restarting", "failing"], *, ended: bool = False, detail: str = ""
     ) -> None:
         if ended or state != self._state:

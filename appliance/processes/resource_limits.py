@@ -6,7 +6,7 @@ import resource
 from pathlib import Path
 
 EXIT_OUT_OF_MEMORY = 12  # ENOMEM
-KILLED_FIRST = "500"  # of 1000: before the supervisor, when the computer's memory is full
+OOM_SCORE = "500"  # of 1000: before the supervisor, when the computer's memory is full
 
 
 def limit_process(memory_max_mb: int) -> None:
@@ -22,4 +22,4 @@ def limit_process(memory_max_mb: int) -> None:
     wanted = memory_max_mb << 20
     resource.setrlimit(resource.RLIMIT_DATA, (wanted if hard < 0 else min(wanted, hard), hard))
     with contextlib.suppress(OSError):  # a kernel without the file
-        Path("/proc/self/oom_score_adj").write_text(KILLED_FIRST, encoding="ascii")
+        Path("/proc/self/oom_score_adj").write_text(OOM_SCORE, encoding="ascii")

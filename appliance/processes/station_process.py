@@ -74,7 +74,7 @@ def fault(name: str, detail: str) -> StateMessage:
     return StateMessage(state="faulty", fault=name, detail=detail)
 
 
-def tell_lost(verdict: Verdict, link: StationLink, *, opens_again: bool) -> None:
+def report_rejected(verdict: Verdict, link: StationLink, *, opens_again: bool) -> None:
     """Tell what is wrong with pictures that do not count; cameras are opened again for it after a while."""
     for name, detail in verdict.faults.items():
         if opens_again and verdict.lost_s > REOPEN_AFTER_S:  # a recording would begin anew and never end

@@ -20,8 +20,8 @@ from appliance.sizing.method import ScaleError
 from appliance.supervisor.self_check import SelfCheck
 from appliance.supervisor.settings import Settings, load, state_folder
 
-PICTURE_WITHIN_S = 10.0
-FREE_MB_MIN = 200
+PICTURE_TIMEOUT_S = 10.0
+LEAST_FREE_SPACE_MB = 200
 
 
 class Check(NamedTuple):
@@ -73,10 +73,10 @@ def _cameras(settings: Settings) -> Check:
     kind = sizing.camera.kind
     try:
         with sizing.make_source() as source:
-            exposed = source.next(PICTURE_WITHIN_S)
+            exposed = source.next(PICTURE_TIMEOUT_S)
         if exposed is None:
-            return Check("cameras", "BAD", f"{kind}: no pictures within {PICTURE_WITHIN_S:.0f} s; check the cameras")
-        pictures = Exposure.of(exposed).pictures
+            return Check("cameras", "BAD", f"{kind}: no pictures within {PICTURE_TIMEOUT_S:.0f} s; check the cameras")
+        pictures = Exposure.from_source(exposed).pictures
         sizing.check_pictures(pictures)
     except CameraError as error:
         return Check("cameras", "BAD", f"{kind}: {error}")
@@ -150,14 +150,14 @@ def _writable(name: str, folder: Path, what: str) -> Check:
             free_mb = shutil.disk_usage(there).free >> 20
     except OSError as error:
         return Check(name, "BAD", f"{folder}: {error.strerror}; make it writable for the user of the service")
-    if free_mb < FREE_MB_MIN:
-        return Check(name, "BAD", f"{folder}: {free_mb} MB free; make room for {FREE_MB_MIN} MB")
+    if free_mb < LEAST_FREE_SPACE_MB:
+        return Check(name, "BAD", f"{folder}: {free_mb} MB free; make room for {LEAST_FREE_SPACE_MB} MB")
     return Check(name, "good", f"{folder}: {what}, {free_mb} MB free")
 
 
 def _memory(settings: Settings) -> Check:
     there_mb = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") >> 20
-    wanted_mb = settings.sizing.memory_max_mb + FREE_MB_MIN
+    wanted_mb = settings.sizing.memory_max_mb + LEAST_FREE_SPACE_MB
     if there_mb < wanted_mb:
         return Check("memory", "BAD", f"{there_mb} MB; sizing.memory_max_mb needs {wanted_mb} MB with the rest")
     return Check("memory", "good", f"{there_mb} MB")

@@ -15,7 +15,7 @@ CONFIG = Path("etc/hotgauge/hotgauge.toml")
 UNIT = Path("etc/systemd/system/hotgauge.service")
 CACHE = Path("var/cache/hotgauge")
 STATE = Path("var/lib/hotgauge")
-HOMES = (Path("/home"), Path("/root"), Path("/run/user"))
+HOME_FOLDERS = (Path("/home"), Path("/root"), Path("/run/user"))
 
 
 class InstallError(HotgaugeError):
@@ -124,7 +124,7 @@ def _check_computer() -> None:
             "apt-get install gcc pkg-config libsystemd-dev python3-dev, then pip install 'hotgauge[systemd]'"
         )
     for place in (Path(sys.executable), Path(sys.base_prefix), templates()):
-        if any(place.resolve().is_relative_to(home) for home in HOMES):
+        if any(place.resolve().is_relative_to(home) for home in HOME_FOLDERS):
             raise InstallError(f"{place}: a service sees no home directories; install hotgauge in a venv in /opt")
 
 

@@ -28,10 +28,10 @@ except ImportError:
 else:
     _daemon, _journal = cast("_Daemon", daemon), cast("_Journal", journal)
 
-JOURNAL = "/run/systemd/journal/socket"
+JOURNAL_SOCKET = "/run/systemd/journal/socket"
 FIELD_PREFIX = "HOTGAUGE_"
 _FORMAT = "%(asctime)s %(levelname)s %(message)s"
-_SYSLOG = {logging.DEBUG: 7, logging.INFO: 6, logging.WARNING: 4, logging.ERROR: 3, logging.CRITICAL: 2}
+_SYSLOG_PRIORITIES = {logging.DEBUG: 7, logging.INFO: 6, logging.WARNING: 4, logging.ERROR: 3, logging.CRITICAL: 2}
 
 
 def available() -> bool:
@@ -53,22 +53,22 @@ class ServiceManager:
 
     def ready(self) -> None:
         """Say that the port answers."""
-        self._ready = _tell("READY=1")
+        self._ready = _notify("READY=1")
 
     def proof(self, status: str) -> None:
         """Say that the port has answered with a heartbeat that moves, and what the gauge does, in words."""
         news = f"\nSTATUS={status}" if status != self._status else ""
         again = "" if self._ready else "\nREADY=1"
-        if _tell(f"WATCHDOG=1{news}{again}"):
+        if _notify(f"WATCHDOG=1{news}{again}"):
             self._ready = True
             self._status = status
 
     def stopping(self) -> None:
         """Say that the end has begun."""
-        _tell("STOPPING=1")
+        _notify("STOPPING=1")
 
 
-def _tell(state: str) -> bool:
+def _notify(state: str) -> bool:
     """Whether the manager has been told; one that does not listen just now, or is gone, is not waited for."""
     address = os.environ.get("NOTIFY_SOCKET", "")
     if _daemon is None or not address:
@@ -107,7 +107,7 @@ class _JournalHandler(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         try:
-            if _listens(JOURNAL):
+            if _listens(JOURNAL_SOCKET):
                 self._journal.send(self.format(record), **fields_of(record))
         except OSError:
             self.handleError(record)
@@ -116,4 +116,9 @@ class _JournalHandler(logging.Handler):
 def fields_of(record: logging.LogRecord) -> Mapping[str, object]:
     """Fields of one line of the journal, beside its text."""
     own = {name: value for name, value in vars(record).items() if name.startswith(FIELD_PREFIX)}
-    return {"PRIORITY": _SYSLOG.get(record.levelno, 6), "SYSLOG_IDENTIFIER": "hotgauge", "LOGGER": record.name, **own}
+    return {
+        "PRIORITY": _SYSLOG_PRIORITIES.get(record.levelno, 6),
+        "SYSLOG_IDENTIFIER": "hotgauge",
+        "LOGGER": record.name,
+        **own,
+    }

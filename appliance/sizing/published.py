@@ -8,7 +8,7 @@ from plc.rows import Value
 from vision.readings import SizeReading
 from vision.reasons import Reason
 
-AGE_LARGEST_MS = 0xFFFE  # one more is "no value"
+LARGEST_AGE_MS = 0xFFFE  # one more is "no value"
 
 
 PUBLISHED: dict[str, Callable[[SizeReading], Value]] = {
@@ -108,7 +108,7 @@ class Publication:
             "cycle_time": self._cycle_time_ms,
         }
         if self._newest is not None:
-            values["measurement_age"] = min(round(self._age_ms), AGE_LARGEST_MS)
+            values["measurement_age"] = min(round(self._age_ms), LARGEST_AGE_MS)
             values["timestamp"] = self._newest.exposed_utc_ms
         if self.standing is not None:
             values |= {register: value(self.standing.reading) for register, value in PUBLISHED.items()}

@@ -24,14 +24,14 @@ from appliance.cameras.source import (
 )
 from appliance.processes.link import StationLink
 from appliance.processes.message import StateMessage
-from appliance.processes.station_process import fault, serve, tell_lost
+from appliance.processes.station_process import fault, report_rejected, serve
 from appliance.sizing.message import ReadingMessage
 from appliance.sizing.method import ScaleError, SizingMethod
 from appliance.sizing.settings import Sizing
 from vision.readings import SizeReading
 
 PAIR_TIMEOUT_S = 0.2
-PAUSE_S = 1.0
+RETRY_PAUSE_S = 1.0
 WARM_UP_TIME_S = 120.0  # longest time that compiling may take, on a slow computer with nothing on its disk yet
 WARMING_PERIOD_S = 2.0
 
@@ -60,7 +60,7 @@ def run(settings: SizingMethod, link: StationLink, closed: threading.Event) -> N
             link.send(fault(error.fault, str(error)))
         except ScaleError as error:
             link.send(fault(error.fault, str(error)))
-        closed.wait(PAUSE_S)
+        closed.wait(RETRY_PAUSE_S)
 
 
 def _measure(settings: SizingMethod, link: StationLink, closed: threading.Event) -> None:
@@ -73,10 +73,10 @@ def _measure(settings: SizingMethod, link: StationLink, closed: threading.Event)
         guard = ExposureGuard(settings.exposure, adjustable=isinstance(source, Adjustable))
         while not closed.is_set():
             exposed = source.next(PAIR_TIMEOUT_S)
-            exposure = exposed and Exposure.of(exposed)
-            verdict = liveness.look(exposure, time.monotonic())
+            exposure = exposed and Exposure.from_source(exposed)
+            verdict = liveness.judge(exposure, time.monotonic())
             if exposed is None or exposure is None or not verdict.counts:
-                tell_lost(verdict, link, opens_again=not source.simulated)
+                report_rejected(verdict, link, opens_again=not source.simulated)
                 continue
             reading, elapsed_ms = gauge.measure(*exposure.pictures)
             message = to_message(
@@ -110,7 +110,7 @@ def _exposure_faults(
     guard: ExposureGuard, reading: SizeReading, exposed: FramePair | Frame, source: PairSource | PictureSource
 ) -> dict[str, str]:
     """Adjust the exposure where that is possible, and tell what is wrong with it where it is not."""
-    advice = guard.look(reading.clipped_share, reading.limb_light, exposed.exposure_us, time.monotonic())
+    advice = guard.advise(reading.clipped_share, reading.limb_light, exposed.exposure_us, time.monotonic())
     if isinstance(source, Adjustable) and math.isfinite(advice.exposure_us):
         source.set_exposure(advice.exposure_us)
     return advice.faults
@@ -123,7 +123,7 @@ def _heat(settings: SizingMethod, exposed: FramePair | Frame) -> dict[str, str]:
 
 
 def _stay_at_end(link: StationLink, closed: threading.Event, detail: str) -> None:
-    while not closed.wait(PAUSE_S):
+    while not closed.wait(RETRY_PAUSE_S):
         link.send(fault("recording_over", detail))
 
 

@@ -22,7 +22,7 @@ from vision.reasons import Reason
 
 MODULE = "appliance.sizing.station"
 SIZING = "sizing"
-LASTING_S = 10.0  # of a reason, before it is the gauge's fault and not the bar's
+LASTING_TIME_S = 10.0  # of a reason, before it is the gauge's fault and not the bar's
 
 
 class SizingClient(StationClient[ReadingMessage]):
@@ -71,7 +71,7 @@ class SizingClient(StationClient[ReadingMessage]):
         self._advisor = Advisor(judging, correction)
         self._ring = ReadingRing()
         self._bars = BarStatistics(judging.bar_gap_ms / 1000)
-        self._lasting = LastingReasons(LASTING_S)
+        self._lasting = LastingReasons(LASTING_TIME_S)
         self._worked_s = time.monotonic()
 
     def renew(self, settings: SizingSettings | ConveyorSettings) -> None:

@@ -69,7 +69,7 @@ class StationClient(abc.ABC, Generic[MessageT]):
         elif message.state == "warming":
             self._warming()
             return
-        self._tell()
+        self._announce()
 
     def _receive_fault(self, message: StateMessage) -> None:
         self._withdraw(restarted=False)
@@ -83,8 +83,8 @@ class StationClient(abc.ABC, Generic[MessageT]):
         for state in ("restarting", "failing"):
             name, active = f"station_{state}", health.state == state
             self._faults.report(name, active=active, detail=health.detail, station=self.name)
-        self._tell()
+        self._announce()
 
-    def _tell(self) -> None:
+    def _announce(self) -> None:
         self._gate.hear(self.name)
         self._on_news()

@@ -29,11 +29,11 @@ DATA_VERSION = "scenes 2"  # raise it whenever these pictures change
 FIRST_SEED = 10_000_000  # of training; studies and tests draw theirs below
 PICTURE_SIZE = (560, 420)
 CROP_PX = 160
-CROPS = 6  # of each picture
-SHAPES_PART = 0.3  # of all examples
-NEAR_LIMB_PART = 0.85  # of the mill's examples
-UNKNOWN = -1
-FIRST_BAR = 200  # number of a bar's segment; things of the line have less
+CROPS_PER_PICTURE = 6  # of each picture
+SHAPES_SHARE = 0.3  # of all examples
+NEAR_LIMB_SHARE = 0.85  # of the mill's examples
+UNKNOWN_SEGMENT = -1
+FIRST_BAR_SEGMENT = 200  # number of a bar's segment; things of the line have less
 
 Image = NDArray[np.float32]
 Segments = NDArray[np.int16]
@@ -51,10 +51,10 @@ CONDITIONS = {
     "two-bars": 0.03,
 }
 EFFECTS = ("ovality", "defocus", "jpeg-444", "jpeg-420")
-EFFECT_PART = 0.15  # of the scenes that have one of them, each
+EFFECT_SHARE = 0.15  # of the scenes that have one of them, each
 
-LEAST_STEP = 0.006  # slope of the blurred picture, per pixel, at which an outline can be seen
-SEEN_PX = 2
+LEAST_SLOPE = 0.006  # slope of the blurred picture, per pixel, at which an outline can be seen
+UNSEEN_MARGIN_PX = 2
 
 
 def edge_examples(seed: int, count: int) -> Iterator[Example]:
@@ -71,7 +71,7 @@ def edge_examples(seed: int, count: int) -> Iterator[Example]:
     Example
     """
     rng = np.random.default_rng([seed, 0x6564])
-    shapes = round(SHAPES_PART * count)
+    shapes = round(SHAPES_SHARE * count)
     for _ in range(shapes):
         yield _shapes(rng)
     left = count - shapes
@@ -83,7 +83,7 @@ def edge_examples(seed: int, count: int) -> Iterator[Example]:
 
 def _mill_crops(rng: Rng) -> list[Example]:
     """Crops of both pictures of a drawn scene."""
-    effects = [name for name in EFFECTS if rng.random() < EFFECT_PART]
+    effects = [name for name in EFFECTS if rng.random() < EFFECT_SHARE]
     condition = str(rng.choice(list(CONDITIONS), p=list(CONDITIONS.values())))
     setup = set_up(condition, FIRST_SEED + int(rng.integers(1 << 31)), PICTURE_SIZE, effects)
     setup = replace(setup, bars=tuple(_more_varied(bar, rng) for bar in setup.bars))
@@ -116,13 +116,13 @@ def _crops(setup: Setup, side: Side, picture: Picture, rng: Rng) -> Iterator[Exa
     limb = grid[::4, 4::4][seen[:, 1:] != seen[:, :-1]]
     hidden = [_hidden(post, setup) for post in setup.disturbances if isinstance(post, Post) and post.side == side]
     colour = picture[..., ::-1].astype(np.float32) / np.float32(255)
-    for _ in range(CROPS):
+    for _ in range(CROPS_PER_PICTURE):
         places = _places(camera, bar, limb, rng)
         image, *behind = (_resampled(plane, places, cv2.INTER_LINEAR) for plane in (colour, *hidden))
         segments = _resampled(parts.astype(np.float32), places, cv2.INTER_NEAREST).astype(np.int16)
         _paint_bars(segments, setup, camera, places)
         for coverage in behind:
-            segments[coverage > 0.5] = FIRST_BAR - 1
+            segments[coverage > 0.5] = FIRST_BAR_SEGMENT - 1
         shown = _as_shown(image, setup.sensor.response, rng)
         yield Example(shown, (_without_invisible(segments, shown),))
 
@@ -141,13 +141,13 @@ def _paint_bars(segments: Segments, setup: Setup, camera: TrueCamera, places: ND
     """Number the pixels that show a bar, the nearest bar last."""
     rays = camera.rays(places)
     for number, bar in enumerate(sorted(setup.bars, key=lambda bar: -abs(bar.offset_mm - camera.centre_mm[0]))):
-        segments[hits(camera.centre_mm, rays, bar).seen] = FIRST_BAR + number
+        segments[hits(camera.centre_mm, rays, bar).seen] = FIRST_BAR_SEGMENT + number
 
 
 def _places(camera: TrueCamera, bar: Bar, limb: NDArray[np.float64], rng: Rng) -> NDArray[np.float64]:
     """Pixels of the picture, shape (CROP_PX, CROP_PX, 2), that a crop's pixels show."""
     size = np.array(camera.image_size)
-    near_limb = len(limb) > 0 and rng.random() < NEAR_LIMB_PART
+    near_limb = len(limb) > 0 and rng.random() < NEAR_LIMB_SHARE
     centre = limb[rng.integers(len(limb))] + rng.normal(0, 25, 2) if near_limb else rng.uniform(0, size)
     further, nearer = camera.project(bar.axis_point_mm + np.outer([100.0, 0.0], bar.axis_direction))
     upright = float(np.arctan2(*(further - nearer)[::-1])) - np.pi / 2
@@ -186,16 +186,16 @@ def _as_shown(image: Image, response: Response, rng: Rng) -> Image:
 
 
 def _without_invisible(segments: Segments, image: Image) -> Segments:
-    """Segments with `UNKNOWN` around outlines that cannot be seen."""
+    """Segments with `UNKNOWN_SEGMENT` around outlines that cannot be seen."""
     grey = image if image.ndim == 2 else image.max(axis=2)
     smooth = cv2.GaussianBlur(grey, (0, 0), 2.0)
     slope = cv2.magnitude(*(cv2.Sobel(smooth, cv2.CV_32F, dx, 1 - dx, scale=1 / 8) for dx in (1, 0)))
     outline = np.zeros(segments.shape, np.bool_)
     outline[1:] |= segments[1:] != segments[:-1]
     outline[:, 1:] |= segments[:, 1:] != segments[:, :-1]
-    around = np.ones((2 * SEEN_PX + 1, 2 * SEEN_PX + 1), np.uint8)
-    hidden = outline & (slope < LEAST_STEP)
-    return np.where(cv2.dilate(hidden.astype(np.uint8), around) > 0, np.int16(UNKNOWN), segments)
+    around = np.ones((2 * UNSEEN_MARGIN_PX + 1, 2 * UNSEEN_MARGIN_PX + 1), np.uint8)
+    hidden = outline & (slope < LEAST_SLOPE)
+    return np.where(cv2.dilate(hidden.astype(np.uint8), around) > 0, np.int16(UNKNOWN_SEGMENT), segments)
 
 
 def _shapes(rng: Rng) -> Example:

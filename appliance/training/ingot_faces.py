@@ -31,10 +31,10 @@ Rng = np.random.Generator
 
 FIRST_SEED = 10000
 LINES = 200
-EVERY = 8  # frames: neighbours show the same
+FRAME_STEP = 8  # frames: neighbours show the same
 VARIANTS = 2  # of each frame, beside itself
 PENALTY = 1e-4  # on squared weights
-ROUNDS = 30
+NEWTON_STEPS = 30
 _across = (np.arange(SIZE) - (SIZE - 1) / 2) / (SIZE / 2)
 _x, _y = np.meshgrid(_across, _across)
 _disc = np.clip(20 * (1 - np.hypot(_x, _y)), 0, 1)
@@ -76,7 +76,7 @@ def faces(seed: int) -> Iterator[Face]:
     view = IngotView(references, Box(*sequence.roi_crop), Box(*sequence.roi_centroid))
     judge = WrinkleOdds(as_reference(references.top), as_reference(references.bottom))
     reader = None
-    for frame in itertools.count(0, EVERY):
+    for frame in itertools.count(0, FRAME_STEP):
         try:
             picture, told = sequence.picture(frame)
         except StopIteration:
@@ -129,7 +129,7 @@ def fit(values: Array, labels: Array) -> tuple[Array, float]:
     design = np.column_stack([values, np.ones(len(values))])
     penalty = PENALTY * len(values) * np.append(np.ones(values.shape[1]), 0)
     weights = np.zeros(design.shape[1])
-    for _ in range(ROUNDS):
+    for _ in range(NEWTON_STEPS):
         probability = 1 / (1 + np.exp(-design @ weights))
         slope = design.T @ (labels - probability) - penalty * weights
         curvature = (design * (probability * (1 - probability))[:, None]).T @ design + np.diag(penalty + 1e-9)

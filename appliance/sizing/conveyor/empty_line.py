@@ -30,7 +30,7 @@ class EmptyLineError(ScaleError):
     fault = "empty_line_unusable"
 
 
-def background(path: Path) -> list[Picture]:
+def read_background(path: Path) -> list[Picture]:
     """The picture of the empty line that a file holds; raises `EmptyLineError`."""
     if not path.is_file():
         raise EmptyLineError(f"{path}: no such picture; give a picture of the empty line")

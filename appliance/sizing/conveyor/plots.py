@@ -13,8 +13,8 @@ from vision.sizing.conveyor.barriers import Barriers
 from vision.sizing.conveyor.published_experiments import EXPERIMENTS, experiment
 
 PANELS = {"(a)": (1, 2), "(b)": (3, 4)}
-COUNTED = {1: "boundary, original", 2: "boundary, homographic", 3: "lines, original", 4: "lines, homographic"}
-SIDE_BY_SIDE = 0.3  # of a frame: between the bars of two experiments
+EXPERIMENT_NAMES = {1: "boundary, original", 2: "boundary, homographic", 3: "lines, original", 4: "lines, homographic"}
+EXPERIMENT_OFFSET = 0.3  # of a frame: between the bars of two experiments
 
 
 class ConveyorPlots:
@@ -66,7 +66,7 @@ class ConveyorPlots:
         figure = self._new_figure(figsize=(11, 5.5), layout="constrained")
         for axes, (panel, numbers) in zip(figure.subplots(1, 2, sharey=True), PANELS.items(), strict=True):
             for place, number in enumerate(numbers):
-                self._experiment(axes, number, (place - 0.5) * SIDE_BY_SIDE, f"C{place}")
+                self._experiment(axes, number, (place - 0.5) * EXPERIMENT_OFFSET, f"C{place}")
             self._served(axes)
             axes.set(xlabel="frame", ylabel="diameter, mm", title=f"{panel} Experiment {numbers[0]}-{numbers[1]}")
             axes.grid(alpha=0.3)
@@ -78,7 +78,7 @@ class ConveyorPlots:
             return
         frame, mean_mm, sigma_mm = np.array(self._counted[number]).T
         label = (
-            f"{number}: {COUNTED[number]}; l {mean_mm.mean():.1f}, RMSE {mean_mm.std():.2f}, "
+            f"{number}: {EXPERIMENT_NAMES[number]}; l {mean_mm.mean():.1f}, RMSE {mean_mm.std():.2f}, "
             f"mean sigma {sigma_mm.mean():.2f} mm"
         )
         axes.errorbar(frame + aside, mean_mm, yerr=sigma_mm, fmt="o", ms=3, capsize=2, color=colour, label=label)

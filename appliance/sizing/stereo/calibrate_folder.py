@@ -18,7 +18,7 @@ from vision.calibration.stereo import Calibration, Pair, calibrate
 from vision.calibration.still_marks import NO_MARKS, Marks, find_marks
 from vision.geometry.camera import CAMERA_PARAMETERS
 
-REGISTRATION = ("low", "high")
+REGISTRATION_POSES = ("low", "high")
 
 
 def calibrate_folder(
@@ -62,7 +62,7 @@ def calibrate_folder(
         if progress is not None:
             progress(done, len(paths))
     missing: Pair = (None, None)
-    numbers = [int(name) for name in pairs if name not in REGISTRATION]
+    numbers = [int(name) for name in pairs if name not in REGISTRATION_POSES]
     calibration = calibrate(
         [pairs.get(f"{number:02d}", missing) for number in range(max(numbers, default=-1) + 1)],
         pairs.get("low", missing),
@@ -78,8 +78,8 @@ def calibrate_folder(
 
 def _marks(paths: Mapping[str, Mapping[str, Path]], pairs: Mapping[str, Pair], side: int) -> Marks:
     """Still marks of one camera, when it saw the board at both heights."""
-    files = [paths.get(name, {}).get(SIDES[side]) for name in REGISTRATION]
-    low_px, high_px = (pairs.get(name, (None, None))[side] for name in REGISTRATION)
+    files = [paths.get(name, {}).get(SIDES[side]) for name in REGISTRATION_POSES]
+    low_px, high_px = (pairs.get(name, (None, None))[side] for name in REGISTRATION_POSES)
     if files[0] is None or files[1] is None or low_px is None or high_px is None:
         return NO_MARKS
     return find_marks(read_picture(files[0]), read_picture(files[1]), (low_px, high_px))
@@ -133,7 +133,7 @@ def _pictures(folder: Path) -> dict[str, dict[str, Path]]:
         sentence = f"{folder / 'calibration'}: no pictures left_00.png, right_00.png, ...; give the folder above it"
         raise CalibrationError([sentence])
     numbered = {f"{int(name):02d}": sides for name, sides in poses.items()}
-    return numbered | _named(folder / "registration", "|".join(REGISTRATION))
+    return numbered | _named(folder / "registration", "|".join(REGISTRATION_POSES))
 
 
 def _named(folder: Path, names: str) -> dict[str, dict[str, Path]]:

@@ -8,7 +8,7 @@ import numpy as np
 from appliance.sizing.figures import DOTS_PER_INCH, figure_class, mark_frames
 from vision.sizing.virtual_board.reading import VirtualBoardReading
 
-BAND_MM = 3.0  # the rolling tolerance of the dissertation, to either side
+TOLERANCE_BAND_MM = 3.0  # the rolling tolerance of the dissertation, to either side
 WINDOW_PLOTS = 8  # frames, spread over the recording, whose windows are drawn
 
 
@@ -54,8 +54,8 @@ class Plots:
         number = np.arange(1, reading.windows_total + 1)
         kept = reading.window_kept
         axes.axhspan(
-            reading.diameter_mm - BAND_MM, reading.diameter_mm + BAND_MM, color="tab:green", alpha=0.12,
-            label=f"frame's diameter ± {BAND_MM:g} mm",
+            reading.diameter_mm - TOLERANCE_BAND_MM, reading.diameter_mm + TOLERANCE_BAND_MM,
+            color="tab:green", alpha=0.12, label=f"frame's diameter ± {TOLERANCE_BAND_MM:g} mm",
         )  # fmt: skip
         axes.plot(number, reading.window_diameters_mm, color="tab:blue", linewidth=0.8)
         axes.plot(number[kept], reading.window_diameters_mm[kept], "o", color="tab:blue", ms=4, label="window, kept")

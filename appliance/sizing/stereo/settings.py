@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from appliance.cameras.source import PairSource
 
-NO_RIG = "sizing.rig is not set; make a rig file with `hotgauge calibrate` and set it"
+NO_RIG_SENTENCE = "sizing.rig is not set; make a rig file with `hotgauge calibrate` and set it"
 
 
 class SizingSettings(SizingMethod):
@@ -48,7 +48,7 @@ class SizingSettings(SizingMethod):
             return rig_file_gauge(self.rig, self.ovality_mm)
         calibrate = self.camera.own_rig()
         if calibrate is None:
-            raise RigError(NO_RIG)
+            raise RigError(NO_RIG_SENTENCE)
         on_usable()
         return pair_gauge(calibrate(), f"rig of {self.camera.in_words}", self.ovality_mm)
 
@@ -66,7 +66,7 @@ class SizingSettings(SizingMethod):
         if self.rig is None:
             if self.camera.own_rig() is not None:
                 return ScaleCheck("rig", "note", f"none; {self.camera.in_words} calibrates itself")
-            return ScaleCheck("rig", "BAD", NO_RIG)
+            return ScaleCheck("rig", "BAD", NO_RIG_SENTENCE)
         try:
             rig_file_gauge(self.rig, self.ovality_mm)
         except RigError as error:
