@@ -1,4 +1,4 @@
-"""Checks what somebody who sets the gauge up would check, one after the other; nothing is changed."""
+"""Checks settings, scale, cameras, port, service, disk, cache and memory of an installation; changes nothing."""
 
 import asyncio
 import errno
@@ -20,8 +20,8 @@ from appliance.sizing.method import ScaleError
 from appliance.supervisor.self_check import SelfCheck
 from appliance.supervisor.settings import Settings, load, state_folder
 
-PICTURE_TIMEOUT_S = 10.0
-LEAST_FREE_SPACE_MB = 200
+PICTURE_TIMEOUT_S = 10.0  # chosen
+LEAST_FREE_SPACE_MB = 200  # chosen: of a disk; and memory that must remain beside the sizing station's
 
 
 class Check(NamedTuple):
@@ -31,9 +31,9 @@ class Check(NamedTuple):
     ----------
     name : str
     verdict : {"good", "note", "BAD"}
-        `note`: works as it is, but somebody should know.
+        `note`: the gauge works, with a restriction that the text names.
     text : str
-        What was found, and what to do about it.
+        What was found, and what to do.
     """
 
     name: str
@@ -45,7 +45,7 @@ class Check(NamedTuple):
 
 
 def examine(config: Path | None) -> Iterator[Check]:
-    """All checks, each as soon as it is done; without usable settings there is only the first.
+    """Yield each check when it is done; if the settings cannot be used, theirs is the only one.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def examine(config: Path | None) -> Iterator[Check]:
 
 
 def _scale(settings: Settings) -> Check:
-    """What makes millimetres of pixels, as the sizing method has it."""
+    """Rig file or empty line of the sizing method."""
     return Check(*settings.sizing.check_scale())
 
 

@@ -1,11 +1,11 @@
-"""Notices when somebody sets the computer's clock; nothing that is measured rests on it."""
+"""Detects that the computer's wall clock was set; measurements use the monotonic clock and are not affected."""
 
 import math
 import time
 from collections.abc import Callable
 
-LEAST_STEP_S = 1.0  # a clock that follows a time server is slewed by far less between two looks
-STEP_MEMORY_S = 60.0
+LEAST_STEP_S = 1.0  # chosen: a time server slews the clock by far less between two calls
+STEP_MEMORY_S = 60.0  # chosen: how long the fault `clock_stepped` stays after a step
 
 
 class WallClock:
@@ -26,7 +26,7 @@ class WallClock:
         self._set_s = -math.inf
 
     def was_set(self, now_s: float) -> bool:
-        """Whether the clock was set within the last minute before `now_s`, monotonic; to be asked often."""
+        """Whether the wall clock was set within STEP_MEMORY_S before `now_s`, monotonic; call it at every update."""
         ahead_s = self._read_difference_s()
         if abs(ahead_s - self._ahead_s) > LEAST_STEP_S:
             self._set_s = now_s
