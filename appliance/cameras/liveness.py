@@ -1,12 +1,12 @@
-"""Whether the pictures of a source show the line as it is now. Pure: the moment is given, nothing is waited for.
+"""Judges whether the pictures of a camera show the line as it is now. Pure: the caller gives the moment.
 
-A picture counts only when it cannot be the one before: its content differs, and its device time stamp is later. What
-does not count is not measured, so no reading is younger than what it shows. Only differences of monotonic moments and
-of device time stamps are looked at; the wall clock may be set at any time.
+A picture counts if its content differs from the one before and its device time stamp is later. Only pictures that
+count are measured, so a reading is never younger than the light it was made of. Only differences of monotonic moments
+and of device time stamps are compared; setting the wall clock changes nothing.
 
-Pictures of a recording or of the simulated mill are numbered by us: their first counts at once, and the same picture
-again in another lap of a loop is no frozen camera, for the source says so (`Exposure.repeated`). A recording that
-holds frozen, blank or out-of-step pictures is treated like the camera that made it.
+Pictures of a recording or of the simulated mill are numbered by the appliance: the first one counts at once, and the
+same picture in the next lap of a loop (`Exposure.repeated`) is no frozen camera. A recording with frozen, blank or
+out-of-step pictures is judged like the camera that made it.
 """
 
 from typing import NamedTuple, Self
@@ -20,27 +20,29 @@ from appliance.cameras.source import Frame, FramePair
 Picture = NDArray[np.uint8]
 
 SIDES = ("left", "right")
-CLOCK_TOLERANCE_S = 0.05  # an exposure that is said to be later than now by more than this
-SAMPLE_STEP = 16  # pixels between those that are looked at first
-HOT_PIXEL_SHARE = 0.001  # of the pixels of a blank picture may differ from the others, as hot pixels do
-RATE_WINDOW_S = 5.0
+CLOCK_TOLERANCE_S = 0.05  # chosen: an exposure further in the future than this shows a wrong camera clock
+SAMPLE_STEP = (
+    16  # chosen, pixels: every 16th row is compared before the whole picture; every 16th pixel tests for blank
+)
+HOT_PIXEL_SHARE = 0.001  # chosen: a picture stays blank if fewer of its pixels differ from the median, as hot pixels do
+RATE_WINDOW_S = 5.0  # chosen: rate and losses are judged once in this time
 
 
 class Exposure(NamedTuple):
-    """What one exposure of one camera or of two gave.
+    """Pictures, time stamps and counts of one exposure of one camera or of two.
 
     Attributes
     ----------
     pictures : tuple of ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
         One for each camera, left first.
     device_us : tuple of int
-        Device time stamps, µs, on one clock for all cameras; as many, or none where the source has none.
+        Device time stamps, µs, on one clock for all cameras, one for each picture; empty if the camera has none.
     exposed_monotonic_s : float
-        Moment of exposure.
+        Moment of exposure on the monotonic clock.
     dropped : int
-        Exposures discarded since the source was opened.
+        Exposures discarded since the camera was opened.
     repeated : bool
-        Whether the source knows that it shows the same stored pictures again.
+        Whether a recording shows the same stored pictures as before.
     """
 
     pictures: tuple[Picture, ...]
@@ -51,7 +53,7 @@ class Exposure(NamedTuple):
 
     @classmethod
     def from_source(cls, exposed: FramePair | Frame) -> Self:
-        """The exposure that a pair is, or a picture of a single camera."""
+        """Take over a pair, or a frame of a single camera."""
         if isinstance(exposed, FramePair):
             pictures, stamps = (exposed.left, exposed.right), (exposed.left_us, exposed.right_us)
         else:
@@ -61,17 +63,17 @@ class Exposure(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """What is to be thought of an exposure.
+    """Judgement of one exposure, or of its absence.
 
     Attributes
     ----------
     counts : bool
         Whether it may be measured.
     faults : dict of str to str
-        Faults that are there now, by name, with what exactly is wrong. With an exposure that counts, only those
-        that leave its value standing.
+        Active faults by name, each with its detail. For an exposure that counts these are `pairs_slow` and
+        `pairs_dropped`, with which its value is still served.
     lost_s : float
-        Time since the last exposure that counted.
+        Time since the last exposure that counted, seconds.
     """
 
     counts: bool
@@ -80,7 +82,7 @@ class Verdict(NamedTuple):
 
 
 class Trouble(NamedTuple):
-    """Why an exposure does not count: the fault that this becomes when it lasts (empty for none), and what is wrong."""
+    """Why an exposure does not count: the fault after `lost_after_ms` (empty: none), and its detail."""
 
     fault: str
     detail: str
@@ -91,15 +93,15 @@ NO_PICTURE = Trouble("camera_lost", "no picture")
 
 
 class Liveness:
-    """Looks at every exposure of a source from its opening on.
+    """Judges every exposure of a camera from its opening on.
 
     Parameters
     ----------
     settings : LivenessSettings
     opened_s : float
-        Moment (monotonic) from which pictures can come.
+        Monotonic moment at which the camera was opened.
     numbered : bool
-        Whether the pictures are numbered by us (recording, mill), so that the first one counts.
+        Whether the appliance numbers the pictures (recording, mill), so that the first one counts.
     """
 
     def __init__(self, settings: LivenessSettings, opened_s: float, *, numbered: bool) -> None:
@@ -111,13 +113,14 @@ class Liveness:
         self._rate = _Rate(settings, opened_s)
 
     def judge(self, exposure: Exposure | None, now_s: float) -> Verdict:
-        """Judge the newest exposure, or that there is none.
+        """Judge the newest exposure, or its absence.
 
         Parameters
         ----------
         exposure : Exposure or None
+            None if none came in time.
         now_s : float
-            Monotonic time, not earlier than the one before.
+            Monotonic time, not earlier than in the call before.
         """
         if exposure is not None:
             trouble = self._trouble_of(exposure, now_s)
@@ -200,14 +203,14 @@ def _frozen(exposure: Exposure, before: Exposure) -> Trouble | None:
     if exposure.repeated:
         return None
     for side, picture, earlier in zip(SIDES, exposure.pictures, before.pictures, strict=False):
-        # pictures that differ nearly always do so in the sample, which spares reading all of them
+        # the sample already differs in nearly all live pictures, so the whole is rarely compared
         if np.array_equal(picture[::SAMPLE_STEP], earlier[::SAMPLE_STEP]) and np.array_equal(picture, earlier):
             return Trouble("camera_frozen", f"the {side} camera's picture does not change")
     return None
 
 
 class _Rate:
-    """Rate and losses of the exposures that count, judged over one stretch of time after the other."""
+    """Rate and losses of the exposures that count, judged in windows of RATE_WINDOW_S, one after the other."""
 
     def __init__(self, settings: LivenessSettings, opened_s: float) -> None:
         self._settings = settings
@@ -215,7 +218,7 @@ class _Rate:
         self._begin(opened_s, dropped=0)
 
     def add(self, exposure: Exposure, now_s: float) -> dict[str, str]:
-        """Faults of the last whole stretch of time."""
+        """Count an exposure and return the faults of the last complete window."""
         self._count += 1
         elapsed_s = now_s - self._began_s
         if elapsed_s >= RATE_WINDOW_S:
