@@ -18,24 +18,24 @@ from appliance.processes.message import StateMessage
 from appliance.processes.station_process import fault, report_rejected, serve
 from vision.ingot.orientation_reader import IngotView, OrientationReader
 
-PICTURE_TIMEOUT_S = 0.2
-RETRY_PAUSE_S = 1.0
+PICTURE_TIMEOUT_S = 0.2  # chosen
+RETRY_PAUSE_S = 1.0  # chosen: pause after equipment trouble
 
 
 def main() -> None:
-    """Read pictures until the supervisor closes the link, or is gone."""
+    """Read pictures until the supervisor closes the link or dies."""
     serve(TypeAdapter(IngotSettings), run)
 
 
 def run(settings: IngotSettings, link: StationLink, closed: threading.Event) -> None:
-    """Read pictures until `closed`; equipment trouble is reported and tried again after a pause.
+    """Read pictures until `closed`; equipment trouble is reported, and reading starts again after RETRY_PAUSE_S.
 
     Parameters
     ----------
     settings : IngotSettings
     link : StationLink
     closed : threading.Event
-        Set when nobody listens any more.
+        Set when the link is closed.
     """
     ingots = IngotReporter(settings)
     while not closed.is_set():
@@ -73,7 +73,7 @@ def _read(settings: IngotSettings, ingots: "IngotReporter", link: StationLink, c
 
 
 def _view(settings: IngotSettings) -> IngotView:
-    """References and regions from their folder, or those that the camera has by itself."""
+    """References and regions from the folder of the settings, else the simulated camera's own."""
     if settings.references is not None:
         return load_view(settings.references)
     draw = settings.camera.own_ingot_view()

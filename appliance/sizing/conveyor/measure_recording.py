@@ -34,9 +34,9 @@ def measure_conveyor(
         File to write: CSV if its suffix is `.csv`, else JSON lines.
     reference : ConveyorReference
     background : Path, optional
-        Picture of the empty line; without it the recording's darkest frames are taken for empty.
+        Picture of the empty line; None uses the recording's darkest frames.
     compensation_mm : float
-        Added to every diameter.
+        Added to each diameter.
     plots : Path, optional
         Folder for plots.
 

@@ -14,7 +14,7 @@ from vision.sizing.conveyor.published_experiments import EXPERIMENTS, experiment
 
 PANELS = {"(a)": (1, 2), "(b)": (3, 4)}
 EXPERIMENT_NAMES = {1: "boundary, original", 2: "boundary, homographic", 3: "lines, original", 4: "lines, homographic"}
-EXPERIMENT_OFFSET = 0.3  # of a frame: between the bars of two experiments
+EXPERIMENT_OFFSET = 0.3  # frames between the error bars of two experiments
 
 
 class ConveyorPlots:
@@ -23,11 +23,11 @@ class ConveyorPlots:
     Parameters
     ----------
     folder : Path
-        Made when it is missing.
+        Made if it is missing.
     barriers : Barriers or Reason
-        Of the empty line; without them nothing was measured, and only that is drawn.
+        Barriers of the empty line; with a Reason nothing was measured, and the plots show frames without a value.
     spacing_mm : float
-        W.
+        Distance of the barriers' inner faces, W.
 
     Raises
     ------
@@ -47,7 +47,15 @@ class ConveyorPlots:
         folder.mkdir(parents=True, exist_ok=True)
 
     def add(self, frame: int, picture: NDArray[np.uint8], reading: SizeReading) -> None:
-        """Take the next frame's reading, and size its picture in the dissertation's four ways."""
+        """Add a frame, and size its picture by the four experiments of the dissertation.
+
+        Parameters
+        ----------
+        frame : int
+            Number of the frame.
+        picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        reading : SizeReading
+        """
         self._readings.append((frame, reading))
         if isinstance(self._barriers, Reason) or not reading.valid:
             return

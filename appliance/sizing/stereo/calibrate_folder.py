@@ -1,4 +1,4 @@
-"""`hotgauge calibrate`: from a rig folder of board pictures to a rig and a report."""
+"""`hotgauge calibrate`: makes a rig file and a report from a folder of board pictures."""
 
 import json
 import re
@@ -36,9 +36,9 @@ def calibrate_folder(
         `registration/left_low.png`, `right_low.png`, `left_high.png`, `right_high.png` and `board.json`.
         Without registration pictures the cameras are calibrated and the world frame is missing.
     board_overrides : mapping of str to object, optional
-        Values that take the place of those in `board.json`, by key.
+        Values that replace those in `board.json`, by key.
     region_y_mm : tuple of float
-        Measuring region along the rolling direction.
+        Measuring region along the rolling direction, from and to.
     progress : callable, optional
         Called with the number of pictures done and of all pictures.
 
@@ -49,8 +49,8 @@ def calibrate_folder(
     Raises
     ------
     CalibrationError
-        A folder or `board.json` missing or wrong, a picture unreadable or of another size, all named; or the
-        pictures do not allow a good calibration, with all reasons.
+        A folder or `board.json` is missing or wrong, or a picture is unreadable or of another size (the message names
+        it); or the pictures give no good calibration (the message gives all reasons).
     """
     board = _read_board(folder / "board.json", board_overrides or {})
     paths = _pictures(folder)
@@ -77,7 +77,7 @@ def calibrate_folder(
 
 
 def _marks(paths: Mapping[str, Mapping[str, Path]], pairs: Mapping[str, Pair], side: int) -> Marks:
-    """Still marks of one camera, when it saw the board at both heights."""
+    """Still marks (fixed background points) of one camera; none unless it saw the board at both heights."""
     files = [paths.get(name, {}).get(SIDES[side]) for name in REGISTRATION_POSES]
     low_px, high_px = (pairs.get(name, (None, None))[side] for name in REGISTRATION_POSES)
     if files[0] is None or files[1] is None or low_px is None or high_px is None:
@@ -86,7 +86,7 @@ def _marks(paths: Mapping[str, Mapping[str, Path]], pairs: Mapping[str, Pair], s
 
 
 class _Finder:
-    """Finds corners picture by picture and remembers where there were none."""
+    """Finds board corners picture by picture and lists the pictures without."""
 
     def __init__(self, board: Board) -> None:
         self._board = board
@@ -150,7 +150,7 @@ def _named(folder: Path, names: str) -> dict[str, dict[str, Path]]:
 
 
 def report_lines(calibration: Calibration) -> list[str]:
-    """Tell what a calibration stands on and how good it is, for the terminal.
+    """Report of a calibration for the terminal: its pictures, residuals, cameras, baseline and warnings.
 
     Parameters
     ----------

@@ -8,17 +8,17 @@ import numpy as np
 from appliance.sizing.figures import DOTS_PER_INCH, figure_class, mark_frames
 from vision.sizing.virtual_board.reading import VirtualBoardReading
 
-TOLERANCE_BAND_MM = 3.0  # the rolling tolerance of the dissertation, to either side
-WINDOW_PLOTS = 8  # frames, spread over the recording, whose windows are drawn
+TOLERANCE_BAND_MM = 3.0  # rolling tolerance of the dissertation, above and below
+WINDOW_PLOTS = 8  # chosen: frames, spread over the recording, whose windows are drawn
 
 
 class Plots:
-    """Collects readings and draws them when all are there.
+    """Collects readings, and draws them in `write`.
 
     Parameters
     ----------
     folder : Path
-        Made when it is missing.
+        Made if it is missing.
 
     Raises
     ------
@@ -35,7 +35,14 @@ class Plots:
         folder.mkdir(parents=True, exist_ok=True)
 
     def add(self, frame: int, reading: VirtualBoardReading) -> None:
-        """Take the next frame's reading."""
+        """Add a frame's reading.
+
+        Parameters
+        ----------
+        frame : int
+            Number of the frame.
+        reading : VirtualBoardReading
+        """
         self._readings.append((frame, reading))
 
     def write(self) -> None:
