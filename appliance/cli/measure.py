@@ -1,4 +1,4 @@
-"""The command measure, and the table of the rooms that run its methods."""
+"""The command measure, and the table of the classes that run its methods."""
 
 import argparse
 from pathlib import Path
@@ -37,7 +37,7 @@ def run_measure(given: argparse.Namespace) -> None:
 
 
 def _refuse_others(given: argparse.Namespace, room: Measuring) -> None:
-    """Raise `CommandError` for an option that has no meaning with the method."""
+    """Raise `CommandError` for an option that does not apply to the method."""
     for other in ROOMS:
         for option in other.options:
             if option in room.options or getattr(given, option) is None:

@@ -1,4 +1,4 @@
-"""Commands that make something: scenes, an edge forest, the register map."""
+"""The command simulate."""
 
 import argparse
 from collections.abc import Callable
@@ -7,7 +7,7 @@ from pathlib import Path
 from appliance.cli.common import progress, whole_number
 from appliance.command_options import CommandError
 
-INGOTS_SCENE = "ingots"  # and with a dash the scenes of ingots under a condition
+INGOTS_SCENE = "ingots"  # also the prefix of scenes under a condition, as in ingots-glare
 
 
 def add_simulate(command: argparse.ArgumentParser) -> None:

@@ -2,7 +2,7 @@
 
 A fault is trouble with the equipment, not with the bar. It owns the NE 107 class that the PLC reads as
 `device_state` and a bit of `fault_word`; it is logged once when it comes and once when it goes. Codes 1xx (cameras) and
-2xx (calibration) are told by a measuring process, the others by the supervisor.
+2xx (calibration) are reported by a measuring process, the others by the supervisor.
 """
 
 import logging
