@@ -68,6 +68,14 @@ async def _supervise(settings: Settings, load: Callable[[], Settings]) -> None:
 
 
 def welcome(settings: Settings, port: int) -> list[str]:
+    """Lines that `hotgauge run` prints once the port answers.
+
+    Parameters
+    ----------
+    settings : Settings
+    port : int
+        TCP port that is served.
+    """
     address = next(row.address for row in REGISTERS if row.name == "diameter")
     host = "127.0.0.1" if settings.plc.host in {"0.0.0.0", "::"} else settings.plc.host  # noqa: S104
     order = " -B" if settings.plc.word_order == "big" else ""
