@@ -2,7 +2,9 @@
 
 import argparse
 import asyncio
+import contextlib
 import signal
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -56,7 +58,8 @@ async def _supervise(settings: Settings, load: Callable[[], Settings]) -> None:
 
     def serving(port: int) -> None:
         manager.ready()
-        print("\n".join(welcome(settings, port)), flush=True)
+        with contextlib.suppress(OSError):  # a full disk, or a reader that has gone, is no trouble of the gauge
+            service.write_unblocked(sys.stdout.fileno(), "\n".join(welcome(settings, port)))
 
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, stop)
