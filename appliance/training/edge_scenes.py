@@ -19,7 +19,8 @@ from appliance.simulation.bars.disturbances import Post, Side
 from appliance.simulation.bars.line_scene import Picture
 from appliance.simulation.bars.study_scenes import SIDES, Setup, set_up
 from appliance.simulation.bars.surface import hits
-from appliance.simulation.sensor import Response, blurred_step, encode
+from appliance.simulation.response import Response, encode
+from appliance.simulation.sensor import blurred_step
 from appliance.simulation.true_rig import TrueCamera
 from vision.edges.forest.training import Example
 from vision.light import decoding_table
