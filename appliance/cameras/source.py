@@ -6,6 +6,8 @@ from typing import Protocol, Self, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.picture import Picture
+
 
 class CameraError(Exception):
     """A source cannot deliver pictures; the message says what, where and what to do.
@@ -49,6 +51,8 @@ class FramePair:
         The source knows that these are the same stored pictures as in the pair before; a camera never does.
     truth : dict or None
         What a simulation knows about the scene (`diameter_mm`, ...); never read by a gauge.
+    sent : tuple of two Picture, or None
+        Both pictures with their coding, where that is more than `left` and `right` tell.
     """
 
     left: NDArray[np.uint8]
@@ -63,6 +67,12 @@ class FramePair:
     temperature_c: float = float("nan")
     repeated: bool = False
     truth: dict[str, object] | None = field(default=None, compare=False)
+    sent: tuple[Picture, Picture] | None = field(default=None, compare=False)
+
+    @property
+    def pictures(self) -> tuple[Picture, Picture]:
+        """Both pictures as a gauge measures them."""
+        return self.sent or (Picture.of(self.left), Picture.of(self.right))
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +113,11 @@ class Frame:
     temperature_c: float = float("nan")
     repeated: bool = False
     truth: dict[str, object] | None = field(default=None, compare=False)
+
+    @property
+    def pictures(self) -> tuple[NDArray[np.uint8]]:
+        """The picture as a gauge of a single camera measures it."""
+        return (self.picture,)
 
 
 class PairSource(Protocol):

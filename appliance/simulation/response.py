@@ -34,12 +34,12 @@ class ResponseShape:
     @classmethod
     def drawn(cls, rng: np.random.Generator) -> Self:
         """Response of random shape: from linear to steeper than sRGB, with toe, shoulder and black level."""
-        exponent = rng.uniform(1.0, 2.6)
+        exponent = float(rng.uniform(1.0, 2.6))
         return cls(
             exponent=exponent,
-            toe=rng.uniform(0.0, 0.1) if exponent > 1.8 else 0.0,
-            shoulder=rng.choice([0.0, rng.uniform(0.0, 0.5)]),
-            black=rng.choice([0.0, rng.uniform(0.0, 0.03)]),
+            toe=float(rng.uniform(0.0, 0.1)) if exponent > 1.8 else 0.0,
+            shoulder=float(rng.choice([0.0, rng.uniform(0.0, 0.5)])),
+            black=float(rng.choice([0.0, rng.uniform(0.0, 0.03)])),
         )
 
     def encode(self, light: Values) -> Values:

@@ -108,7 +108,7 @@ def _measure(settings: AnySettings, link: StationLink, closed: threading.Event) 
             if exposed is None or exposure is None or not verdict.counts:
                 tell_lost(verdict, link, opens_again=not source.simulated)
                 continue
-            reading, elapsed_ms = gauge.measure(*exposure.pictures)
+            reading, elapsed_ms = gauge.measure(*exposed.pictures)
             message = to_message(
                 reading, exposed, elapsed_ms, dropped=exposed.dropped + link.dropped, simulated=source.simulated
             )

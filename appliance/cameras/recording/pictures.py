@@ -4,8 +4,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Self
 
+import numpy as np
+from numpy.typing import NDArray
+
 from appliance.cameras.pacing import Pacer, utc_ms
-from appliance.cameras.recording.pairs import Laps, Picture, numbered_pictures, read_picture, unchanged_size
+from appliance.cameras.recording.pairs import Laps, numbered_pictures, unchanged_size
+from appliance.cameras.recording.picture_file import read_picture, read_told_coding
 from appliance.cameras.source import CameraError, Frame
 
 
@@ -15,7 +19,8 @@ class PictureRecording:
     Parameters
     ----------
     folder : Path
-        With PNG or JPEG pictures named by their frame number.
+        With PNG or JPEG pictures named by their frame number; what they cannot say of their coding stands in
+        `coding.json`.
 
     Raises
     ------
@@ -35,20 +40,21 @@ class PictureRecording:
                 f"{folder}: holds no PNG or JPEG pictures; give the folder of a recording of one camera, "
                 "with its pictures directly in it"
             )
+        self._told = read_told_coding(folder)
         self._shape: tuple[int, int] | None = None
 
     def __len__(self) -> int:
         """Number of pictures."""
         return len(self._paths)
 
-    def __iter__(self) -> Iterator[tuple[int, Picture]]:
+    def __iter__(self) -> Iterator[tuple[int, NDArray[np.uint8]]]:
         """Frame number and picture of each frame; raises `CameraError` like `read`."""
         position = 0
         while (frame := self.read(position)) is not None:
             yield frame
             position += 1
 
-    def read(self, position: int) -> tuple[int, Picture] | None:
+    def read(self, position: int) -> tuple[int, NDArray[np.uint8]] | None:
         """Frame number and picture at a position from 0; None after the end.
 
         Raises
@@ -59,9 +65,9 @@ class PictureRecording:
         if position >= len(self._paths):
             return None
         number, path = self._paths[position]
-        picture = read_picture(path)
+        picture = read_picture(path, self._told)
         self._shape = unchanged_size(self._shape, picture, str(path))
-        return number, picture
+        return number, picture.shown
 
 
 class PictureRecordingSource:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from appliance.cameras.recording.pairs import read_picture
+from appliance.cameras.recording.picture_file import read_picture
 from appliance.cameras.source import CameraError
 from vision.readings import SizeReading
 from vision.reasons import Reason
@@ -50,7 +50,7 @@ def background(path: Path) -> list[Picture]:
     if not path.is_file():
         raise EmptyLineError(f"{path}: no such picture; give a picture of the empty line")
     try:
-        return [read_picture(path)]
+        return [read_picture(path).shown]
     except CameraError as error:
         raise EmptyLineError(str(error)) from error
 
