@@ -1,5 +1,3 @@
-"""TBD"""
-
 import io
 from dataclasses import fields, replace
 

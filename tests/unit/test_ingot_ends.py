@@ -1,5 +1,3 @@
-"""TBD"""
-
 import numpy as np
 import pytest
 from drawn_ingots import CENTROID, CROP, glare, ingot, line

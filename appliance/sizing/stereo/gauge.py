@@ -2,15 +2,19 @@
 
 import time
 from collections.abc import Callable
+from functools import partial
+from pathlib import Path
 from typing import Generic, Protocol, TypeVar
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from appliance.sizing.stereo.rig_file import RigError
+from appliance.sizing.stereo.rig_file import RigError, load_rig
 from vision.calibration.rig import Rig
 from vision.geometry.camera import Camera
+from vision.readings import SizeReading
+from vision.sizing.gauge import Gauge
 from vision.sizing.limits import SIDES
 from vision.sizing.region_grid import PLANE_HEIGHT_MM
 from vision.sizing.tangent.tangent_planes import TangentPlane
@@ -84,6 +88,32 @@ class TimedGauge(Generic[Reading_co]):
                 f"{self._name}: made for {side} pictures of {calibrated[0]} x {calibrated[1]}, these are "
                 f"{size[0]} x {size[1]}; use the rig that belongs to these cameras"
             )
+
+
+def rig_file_gauge(path: Path, ovality_mm: float) -> TimedGauge[SizeReading]:
+    """The gauge of a rig file; raises `RigError` as `load_rig` and `TimedGauge` do.
+
+    Parameters
+    ----------
+    path : Path
+    ovality_mm : float
+        Greatest minus least width of a section that the product may have.
+    """
+    return pair_gauge(load_rig(path), str(path), ovality_mm)
+
+
+def pair_gauge(rig: Rig, name: str, ovality_mm: float) -> TimedGauge[SizeReading]:
+    """The gauge of a rig, by both routes; raises `RigError` as `TimedGauge` does.
+
+    Parameters
+    ----------
+    rig : Rig
+    name : str
+        Where the rig comes from, for the sentence that refuses.
+    ovality_mm : float
+        Greatest minus least width of a section that the product may have.
+    """
+    return TimedGauge[SizeReading](rig, name, partial(Gauge, ovality_mm=ovality_mm))
 
 
 def _drawn_bar(camera: Camera) -> Picture:
