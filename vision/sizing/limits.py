@@ -1,7 +1,6 @@
 """Limits that every sizing method keeps: of the bar, of its limbs and of overexposure."""
 
 FIRST_BLUR_PX = 1.5  # taken until the edge's own is known
-CLIPPED_CODE = 250  # from here a channel may have lost light
 LEAST_POINTS = 12  # fewer are no limb
 CLIPPED_FEW = 0.05  # share of a limb's points: below it a channel is as good as unclipped
 WEAK_CONTRAST = 2.0  # light of the bar over that of its background

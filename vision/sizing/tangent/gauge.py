@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 
 from vision.calibration.rig import Rig
 from vision.geometry.camera import Camera
-from vision.light import decoding_table
+from vision.light_planes import Decoder
+from vision.picture import Codes, Picture
 from vision.readings import SizeReading
 from vision.reasons import Reason
+from vision.sizing.checked_pictures import checked_pair
 from vision.sizing.limits import (
     CLIPPED_FEW,
     CLIPPED_MOST,
@@ -34,7 +36,6 @@ from vision.sizing.tangent.limb_finder import LimbFinder, LimbPoints, RoughLimb
 from vision.sizing.tangent.tangent_planes import TangentPlane, rough_cylinder
 from vision.sizing.tangent.uncertainty_budget import Budget, uncertainty_budget
 
-Image = NDArray[np.uint8]
 Array = NDArray[np.float64]
 Result = TypeVar("Result")
 
@@ -58,7 +59,7 @@ class _View:
     grid: RegionGrid
     finder: LimbFinder
 
-    def rough_limbs(self, picture: Image, outline: Outline) -> list[RoughLimb]:
+    def rough_limbs(self, picture: Picture, outline: Outline) -> list[RoughLimb]:
         """Both limbs of a bar, at smaller and at larger x."""
         lines = outline.left, outline.right
         return [self.finder.roughly(picture, line, side) for line, side in zip(lines, SIDES, strict=True)]
@@ -84,24 +85,24 @@ class TangentGauge:
             raise ValueError("the rig has no world frame: calibrate with the registration pictures of the low board")
         self.rig = rig
         self._ovality_mm = ovality_mm
-        self._decode = decoding_table(rig.response)
+        self._decoder = Decoder(rig.response)
         self._views = [
             _View(
                 camera,
                 RegionGrid(camera, rig.region_y_mm),
-                LimbFinder(index, camera, self._decode, rig.region_y_mm),
+                LimbFinder(index, camera, self._decoder, rig.region_y_mm),
             )
             for index, camera in enumerate((rig.left, rig.right))
         ]
         self._beside = ThreadPoolExecutor(1)  # one view there, the other one here
 
-    def measure(self, left: Image, right: Image) -> SizeReading:
+    def measure(self, left: Picture | Codes, right: Picture | Codes) -> SizeReading:
         """Diameter of the bar in one pair of pictures.
 
         Parameters
         ----------
-        left, right : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
-            Raw pictures, grey or blue-green-red.
+        left, right : Picture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
+            As they were sent; code values alone are grey or blue-green-red, all their bits used.
 
         Returns
         -------
@@ -113,30 +114,28 @@ class TangentGauge:
         Raises
         ------
         ValueError
-            A picture is not 8 bit, not grey or three-channel, or not of the size that the rig was calibrated for.
+            A picture is not of 8 or 16 bit, not grey or three-channel, or not of the size that the rig was calibrated
+            for.
         """
-        found = self.find(left, right)
-        return SizeReading(reasons=found) if isinstance(found, Reason) else self.measure_bar(left, right, found)
+        pictures = checked_pair(self.rig, left, right)
+        found = self.find(*pictures)
+        return SizeReading(reasons=found) if isinstance(found, Reason) else self.measure_bar(*pictures, found)
 
-    def find(self, left: Image, right: Image) -> tuple[Outline, Outline] | Reason:
+    def find(self, left: Picture, right: Picture) -> tuple[Outline, Outline] | Reason:
         """Where the one bar is in each view, roughly, or why there is none to be measured.
 
         Parameters
         ----------
-        left, right : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        left, right : Picture
+            Of the rig's size.
 
         Returns
         -------
         tuple of two Outline, or Reason
             `no_bar`, `one_camera`, `several_bars`.
-
-        Raises
-        ------
-        ValueError
-            As `measure`.
         """
-        pictures = self._checked(left, right)
-        found = self._both(lambda index: self._views[index].grid.bars(pictures[index], self._decode))
+        shown = left.shown, right.shown
+        found = self._both(lambda index: self._views[index].grid.bars(shown[index], self._decoder.shown))
         count = [len(outlines) for outlines in found]
         if max(count) == 0:
             return Reason.NO_BAR
@@ -145,18 +144,19 @@ class TangentGauge:
         return Reason.SEVERAL_BARS if max(count) > 1 else (found[0][0], found[1][0])
 
     def measure_bar(
-        self, left: Image, right: Image, outlines: tuple[Outline, Outline], moved_px: tuple[float, float] = UNKNOWN
+        self, left: Picture, right: Picture, outlines: tuple[Outline, Outline], moved_px: tuple[float, float] = UNKNOWN
     ) -> SizeReading:
         """Diameter of a bar that `find` found; reasons and errors as in `measure`.
 
         Parameters
         ----------
-        left, right : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        left, right : Picture
+            Of the rig's size.
         outlines : tuple of two Outline
         moved_px : tuple of float
             How far each picture has moved since the calibration; NaN where nobody knows.
         """
-        pictures = self._checked(left, right)
+        pictures = left, right
         rough = self._both(lambda index: self._views[index].rough_limbs(pictures[index], outlines[index]))
         planes = self._planes([*rough[0], *rough[1]])
         cylinder = rough_cylinder([plane for plane in planes if plane is not None])
@@ -168,10 +168,6 @@ class TangentGauge:
         if reasons.forbids_value:
             return _with_light(SizeReading(reasons=reasons), limbs)
         return _with_light(self._read([limbs[index] for index in shown], cylinder, reasons, moved_px), limbs)
-
-    def _checked(self, left: Image, right: Image) -> tuple[Image, Image]:
-        first, second = self._views
-        return _checked("left", left, first.camera), _checked("right", right, second.camera)
 
     def _both(self, work: Callable[[int], Result]) -> tuple[Result, Result]:
         """Work for both views at the same time."""
@@ -190,7 +186,7 @@ class TangentGauge:
         ]
 
     def _limbs(
-        self, pictures: tuple[Image, Image], planes: list[TangentPlane | None], cylinder: Array
+        self, pictures: tuple[Picture, Picture], planes: list[TangentPlane | None], cylinder: Array
     ) -> list[LimbPoints]:
         """Edge points of the four limbs, a hidden one where the others say that it must be."""
         region = np.array(self.rig.region_y_mm)
@@ -230,19 +226,6 @@ class TangentGauge:
             return SizeReading(reasons=reasons, windows_kept=kept, windows_total=total)
         budget = uncertainty_budget(fit, points, self.rig, limbs, ovality_mm=self._ovality_mm, moved_px=moved_px)
         return _reading(fit, budget, reasons, kept, total)
-
-
-def _checked(name: str, image: Image, camera: Camera) -> Image:
-    """Return the picture with an axis of channels, contiguous."""
-    if image.dtype != np.uint8 or not (image.ndim == 2 or (image.ndim == 3 and image.shape[2] == 3)):
-        raise ValueError(f"{name}: a uint8 picture, grey or with three channels, is needed")
-    size = (image.shape[1], image.shape[0])
-    if size != camera.image_size:
-        raise ValueError(
-            f"{name}: the picture is {size[0]} x {size[1]}, "
-            f"the rig was calibrated for {camera.image_size[0]} x {camera.image_size[1]}"
-        )
-    return np.ascontiguousarray(image if image.ndim == 3 else image[:, :, None])
 
 
 def _with_light(reading: SizeReading, limbs: list[LimbPoints]) -> SizeReading:

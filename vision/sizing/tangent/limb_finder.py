@@ -14,11 +14,12 @@ from vision.edges.shaded import shaded_crossings
 from vision.edges.subpixel import even_profiles, fitted_edges, half_level_crossing
 from vision.geometry.camera import Camera
 from vision.geometry.consensus_line import consensus_line
-from vision.sizing.limits import CLIPPED_CODE, CLIPPED_FEW, FIRST_BLUR_PX, LEAST_POINTS
+from vision.light_planes import Decoder
+from vision.picture import Picture
+from vision.sizing.limits import CLIPPED_FEW, FIRST_BLUR_PX, LEAST_POINTS
 from vision.sizing.region_grid import PLANE_HEIGHT_MM
 
 Array = NDArray[np.float64]
-Picture = NDArray[np.uint8]
 
 ROUGH_SPACING_PX = 4.0
 SPACING_PX = 1.0  # along the limb: each point then has its own pixels
@@ -97,18 +98,18 @@ class LimbFinder:
     view : int
         0 for the left camera, 1 for the right one.
     camera : Camera
-    decode : ndarray of float32, shape (256,)
-        Light of every code value.
+    decoder : Decoder
+        Of the camera's code values.
     region_y_mm : tuple of float
         Measuring region along the rolling direction.
     """
 
     def __init__(
-        self, view: int, camera: Camera, decode: NDArray[np.float32], region_y_mm: tuple[float, float]
+        self, view: int, camera: Camera, decoder: Decoder, region_y_mm: tuple[float, float]
     ) -> None:
         self._view = view
         self._camera = camera
-        self._decode = decode
+        self._decoder = decoder
         self._region_y_mm = region_y_mm
 
     def roughly(self, picture: Picture, line: Array, side: int) -> RoughLimb:
@@ -116,8 +117,7 @@ class LimbFinder:
 
         Parameters
         ----------
-        picture : ndarray of uint8, shape (rows, columns, channels)
-            Raw picture.
+        picture : Picture
         line : ndarray of float64, shape (2,)
             x(y) on the grid's plane: slope and intercept, mm.
         side : int
@@ -129,8 +129,9 @@ class LimbFinder:
             Nothing seen where there are too few points.
         """
         point, normal, y_mm = self._across(line, side, self._region_y_mm, ROUGH_SPACING_PX)
-        channel = int(np.argmax(self._brightness(picture, point, normal)))
-        profile = sample_profiles(picture, channel, self._decode, point, normal, SEARCH)
+        levels = [_shown_level(picture, point + way * INSIDE_PX * normal) for way in (-1, 1)]
+        plane = self._decoder.planes(picture.coding, *levels)[0]
+        profile = sample_profiles(picture.measured, plane, point, normal, SEARCH)
         place = half_level_crossing(profile, SEARCH, FIRST_BLUR_PX).place_px
         found = np.isfinite(place)
         if np.count_nonzero(found) < LEAST_POINTS:
@@ -147,8 +148,7 @@ class LimbFinder:
 
         Parameters
         ----------
-        picture : ndarray of uint8, shape (rows, columns, channels)
-            Raw picture.
+        picture : Picture
         line : ndarray of float64, shape (2,)
             x(y) on the grid's plane: slope and intercept, mm.
         side : int
@@ -164,14 +164,17 @@ class LimbFinder:
         """
         point, normal, y_mm = self._across(line, side, span_mm, SPACING_PX)
         tried: list[LimbPoints] = []
-        for channel in np.argsort(-self._brightness(picture, point, normal)):
-            profile = sample_profiles(picture, int(channel), self._decode, point, normal, REFINE)
-            tried.append(self._points(profile, point, normal, y_mm, side))
+        levels = [_shown_level(picture, point + way * INSIDE_PX * normal) for way in (-1, 1)]
+        for plane in self._decoder.planes(picture.coding, *levels):
+            profile = sample_profiles(picture.measured, plane, point, normal, REFINE)
+            tried.append(self._points(profile, point, normal, y_mm, side, plane.clipped_light))
             if tried[-1].clipped_share <= CLIPPED_FEW:
                 break
         return min(tried, key=lambda limb: limb.clipped_share)
 
-    def _points(self, profile: Array, point: Array, normal: Array, y_mm: Array, side: int) -> LimbPoints:
+    def _points(
+        self, profile: Array, point: Array, normal: Array, y_mm: Array, side: int, clipped_light: float
+    ) -> LimbPoints:
         shaded = shaded_crossings(profile, REFINE, FIRST_BLUR_PX)
         if shaded is None:
             return self._nothing(side, len(y_mm))
@@ -182,7 +185,7 @@ class LimbFinder:
         place, step, uneven_share = fitted_edges(profile, REFINE, crossings, even, blur_px)
         bright = crossings.dark + step
         found = np.isfinite(place)
-        clipped = np.maximum(bright, crossings.bright) >= self._decode[CLIPPED_CODE]
+        clipped = np.maximum(bright, crossings.bright) >= clipped_light
         kept = found & ~clipped
         share = np.count_nonzero(found & clipped) / max(1, np.count_nonzero(found))
         if np.count_nonzero(kept) < LEAST_POINTS:
@@ -204,14 +207,6 @@ class LimbFinder:
     def _nothing(self, side: int, tried: int, clipped_share: float = 0.0) -> LimbPoints:
         none = np.empty(0)
         return LimbPoints(self._view, side, np.empty((0, 2)), none, none, none, np.nan, 0.0, 0.0, clipped_share, tried)
-
-    def _brightness(self, picture: Picture, point: Array, normal: Array) -> Array:
-        """Median code value of each channel just inside the limb, shape (channels,)."""
-        inside = np.rint(point[::8] + INSIDE_PX * normal[::8])
-        rows, columns = picture.shape[:2]
-        seen = np.all((inside >= 0) & (inside < [columns, rows]), axis=1)
-        x, y = inside[seen].astype(int).T
-        return np.median(picture[y, x], axis=0) if seen.any() else np.zeros(picture.shape[2])
 
     def _across(
         self, line: Array, side: int, span_mm: tuple[float, float], spacing_px: float
@@ -240,6 +235,14 @@ class LimbFinder:
         centre, direction = self._camera.centre_mm, self._camera.rays(point_px)
         reach = (PLANE_HEIGHT_MM - centre[2]) / direction[:, 2]
         return centre + reach[:, None] * direction
+
+
+def _shown_level(picture: Picture, point: Array) -> Array:
+    """Median code value of each channel at some of the points of the picture as it is shown, shape (channels,)."""
+    at = np.rint(point[::8])
+    shown = picture.shown.reshape(*picture.shown.shape[:2], -1)
+    x, y = at[np.all((at >= 0) & (at < picture.size), axis=1)].astype(int).T
+    return np.median(shown[y, x], axis=0) if x.size else np.zeros(shown.shape[2])
 
 
 def _at(line: Array, y_mm: Array) -> Array:

@@ -10,6 +10,7 @@ from scipy import special
 from vision.calibration.bundle_adjustment import N_CAMERA, project_with_slopes
 from vision.calibration.rig import Rig
 from vision.geometry.camera import CAMERA_PARAMETERS
+from vision.light import Response, half_level_share
 from vision.sizing.tangent.cylinder_fit import CylinderFit, touched_points
 from vision.sizing.tangent.edge_points import EdgePoints
 from vision.sizing.tangent.limb_finder import LimbPoints
@@ -20,7 +21,6 @@ OMEGA = slice(CAMERA_PARAMETERS.index("omega_x"), CAMERA_PARAMETERS.index("omega
 TRANSLATION = slice(CAMERA_PARAMETERS.index("t_x"), CAMERA_PARAMETERS.index("t_z") + 1)
 HEIGHT_FREE_MM = 1.5  # how far a bar at rest may lie off the rollers in the world frame of a good calibration
 
-U_EXPONENT = 0.01  # relative, of the camera's response: how far a power law of its code values may be off
 U_PLACE_PX = 0.01  # of a whole limb: what a perfect-looking edge may still be off
 U_SHADING = 0.25  # relative, of the shift that allows for a bar that is darker at its limb
 GROSS_ERROR_SENSITIVITY = 1.7  # of the biweight, in standard deviations (Huber, ISBN 0-471-41805-6, 4.3)
@@ -77,7 +77,7 @@ def uncertainty_budget(
         points. `shape`: a section that is not round. `model`: limbs that lie off as a whole.
     """
     reach_mm = np.array([_reach_mm(fit, points, limb) for limb in range(len(limbs))])
-    shift_px = np.array([_response_shift_px(one) for one in limbs])
+    shift_px = np.array([_response_shift_px(one, rig.response) for one in limbs])  # one column for each doubt
     clipped_px = np.array([CLIPPED_SHIFT_PX * one.clipped_share for one in limbs])
     off_px = np.array([_off_px(fit, points, index, limb) for index, limb in enumerate(limbs)])
     return Budget(
@@ -85,7 +85,7 @@ def uncertainty_budget(
         calibration_mm=_calibration_mm(fit, points, rig, moved_px),
         board_mm=fit.diameter_mm * rig.square_relative_u,
         # response and overexposure move all limbs the same way, a limb's own fault only that limb
-        light_mm=float(np.hypot(reach_mm @ shift_px, reach_mm @ clipped_px)),
+        light_mm=float(np.linalg.norm([*(reach_mm @ shift_px), reach_mm @ clipped_px])),
         shape_mm=ovality_mm / (2 * math.sqrt(3)),
         model_mm=float(np.hypot(np.linalg.norm(reach_mm * off_px), _off_rollers_mm(fit, rig))),
     )
@@ -97,12 +97,11 @@ def _reach_mm(fit: CylinderFit, points: EdgePoints, limb: int) -> float:
     return float(-2 * np.sum(fit.gain[4, mine] / fit.pixel_per_mm[mine]))
 
 
-def _response_shift_px(limb: LimbPoints) -> float:
-    """How far half level moves when code values follow light with an exponent that is off by `U_EXPONENT`."""
-    k = 1 + U_EXPONENT
-    dark = float(np.median(limb.dark / limb.bright))
-    level = ((1 + dark**k) / 2) ** (1 / k)
-    return float(limb.blur_px * special.ndtri((level - dark) / (1 - dark)))
+def _response_shift_px(limb: LimbPoints, response: Response) -> Array:
+    """How far half level moves for each doubt of the camera's response, shape (doubts,)."""
+    dark, bright = np.median(limb.dark), np.median(limb.bright)
+    share = half_level_share(response, np.array([max(dark, 0.0)]), np.array([bright]))[0]
+    return limb.blur_px * special.ndtri(np.clip(0.5 + share, 0.01, 0.99))
 
 
 def _off_rollers_mm(fit: CylinderFit, rig: Rig) -> float:

@@ -21,8 +21,11 @@ from vision.fusion.methods import METHODS, Method, fuse
 from vision.geometry.camera import Camera
 from vision.geometry.homography import transformed
 from vision.geometry.turned_region import Picture, Region, RegionSampler, picture_region, pixel_size_mm
-from vision.light import decoding_table
+from vision.light_planes import Decoder
+from vision.picture import Codes
+from vision.picture import Picture as SentPicture
 from vision.reasons import Reason
+from vision.sizing.checked_pictures import checked_pair
 from vision.sizing.limits import CLIPPED_FEW, OFF_ROLLERS_MM, OFF_ROLLERS_SHARE
 from vision.sizing.region_grid import Outline, RegionGrid
 from vision.sizing.virtual_board.aligned_pair import AlignedPair
@@ -93,7 +96,7 @@ class VirtualBoardGauge:
         self.corrections = corrections
         self._edges: EdgeMethod = edges
         self._fusion: Fusion = fusion
-        self._decode = decoding_table(rig.response)
+        self._decoder = Decoder(rig.response)
         self._boards = VirtualBoards.of_rig(rig)
         self._step_mm = min(pixel_size_mm(camera) for camera in (rig.left, rig.right))
         self._grids = [RegionGrid(camera, rig.region_y_mm) for camera in (rig.left, rig.right)]
@@ -107,13 +110,13 @@ class VirtualBoardGauge:
         """Height at which the virtual board stands for the next frame; NaN before the first bar."""
         return self._loop.height_mm
 
-    def measure(self, left: Picture, right: Picture) -> VirtualBoardReading:
+    def measure(self, left: SentPicture | Codes, right: SentPicture | Codes) -> VirtualBoardReading:
         """Diameter of the bar in one pair of pictures.
 
         Parameters
         ----------
-        left, right : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
-            Raw pictures, grey or blue-green-red.
+        left, right : Picture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
+            As they were sent; code values alone are grey or blue-green-red, all their bits used.
 
         Returns
         -------
@@ -124,26 +127,28 @@ class VirtualBoardGauge:
         Raises
         ------
         ValueError
-            A picture is not 8 bit, not grey or three-channel, or not of the size that the rig was calibrated for.
+            A picture is not of 8 or 16 bit, not grey or three-channel, or not of the size that the rig was calibrated
+            for.
         """
-        for name, image, camera in (("left", left, self.rig.left), ("right", right, self.rig.right)):
-            _check(name, image, camera)
-        found = [grid.bars(image, self._decode) for grid, image in zip(self._grids, (left, right), strict=True)]
+        pictures = checked_pair(self.rig, left, right)
+        found = [grid.bars(one.shown, self._decoder.shown) for grid, one in zip(self._grids, pictures, strict=True)]
         count = [len(outlines) for outlines in found]
         if min(count) == 1 == max(count):
-            return self.measure_bar(left, right, (found[0][0], found[1][0]))
+            return self.measure_bar(*pictures, (found[0][0], found[1][0]))
         missing = Reason.ONE_CAMERA if max(count) else Reason.NO_BAR
         return VirtualBoardReading(reasons=(Reason.SEVERAL_BARS if max(count) > 1 else missing) | self._held())
 
     def _held(self) -> Reason:
         return Reason.BOARD_HELD if math.isfinite(self._loop.height_mm) else Reason.NONE
 
-    def measure_bar(self, left: Picture, right: Picture, outlines: tuple[Outline, Outline]) -> VirtualBoardReading:
+    def measure_bar(
+        self, left: SentPicture, right: SentPicture, outlines: tuple[Outline, Outline]
+    ) -> VirtualBoardReading:
         """Diameter of a bar that was found already.
 
         Parameters
         ----------
-        left, right : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        left, right : Picture
         outlines : tuple of two Outline
             Where it is in each view, roughly; see `RegionGrid.bars`.
 
@@ -177,7 +182,7 @@ class VirtualBoardGauge:
         picture = fuse(alignment.left.picture, alignment.right_on_left(height_mm), method, executor=self._pool)
         return as_it_is(picture, alignment.left)
 
-    def _regions(self, images: tuple[Picture, Picture], outlines: tuple[Outline, Outline]) -> tuple[Region, Region]:
+    def _regions(self, images: tuple[SentPicture, SentPicture], outlines: tuple[Outline, Outline]) -> tuple[Region, Region]:
         if not self.corrections.turned_rows:
             cameras = (self.rig.left, self.rig.right)
             left, right = map(picture_region, cameras, images, [self.rig.region_y_mm] * 2)
@@ -197,8 +202,8 @@ class VirtualBoardGauge:
         if not self.corrections.robust_lines:
             return edges_by_windows(region, PRINTED_ROWS, self._edges)
         rough = [_in_region(line, region, self.rig.region_y_mm) for line in (outline.left, outline.right)]
-        decode = self._decode if self.corrections.half_level else None
-        return edges_by_lines(region, (rough[0], rough[1]), ROWS, self._edges, decode)
+        decoder = self._decoder if self.corrections.half_level else None
+        return edges_by_lines(region, (rough[0], rough[1]), ROWS, self._edges, decoder)
 
     def _height(self, alignment: Alignment, left: BarOutline, right: BarOutline) -> Height:
         def evaluate(height_mm: float) -> Quality:
@@ -311,7 +316,7 @@ def as_it_is(picture: Picture, region: Region) -> Region:
     """
     size = picture.shape[1], picture.shape[0]
     camera = Camera(np.eye(3), np.zeros(5), np.eye(3), np.zeros(3), size)
-    return Region(picture, np.eye(3), region.from_world, picture, camera)
+    return Region(picture, np.eye(3), region.from_world, SentPicture.of(picture), camera)
 
 
 def _in_region(line: Array, region: Region, region_y_mm: tuple[float, float]) -> Array:
@@ -321,17 +326,6 @@ def _in_region(line: Array, region: Region, region_y_mm: tuple[float, float]) ->
     (c0, r0), (c1, r1) = world @ region.from_world.T
     slope = (c1 - c0) / (r1 - r0)
     return np.array([slope, c0 - slope * r0])
-
-
-def _check(name: str, image: Picture, camera: Camera) -> None:
-    if image.dtype != np.uint8 or not (image.ndim == 2 or (image.ndim == 3 and image.shape[2] == 3)):
-        raise ValueError(f"{name}: a uint8 picture, grey or with three channels, is needed")
-    size = (image.shape[1], image.shape[0])
-    if size != camera.image_size:
-        raise ValueError(
-            f"{name}: the picture is {size[0]} x {size[1]}, "
-            f"the rig was calibrated for {camera.image_size[0]} x {camera.image_size[1]}"
-        )
 
 
 def _reasons_of_edges(edges: list[ViewEdges]) -> Reason:
