@@ -10,7 +10,7 @@ from appliance.cameras.recording.picture_file import ToldCoding, decoded_picture
 from appliance.cameras.recording.video_file import picture_of_frame
 from appliance.simulation.coding import deep_png, filtered, jpeg, mosaic
 from appliance.simulation.video_coding import Video
-from vision.picture import Picture
+from vision.sent_picture import SentPicture
 
 PATTERN = "RGGB"
 
@@ -37,7 +37,7 @@ class CameraCoding:
         if self.kind == "mosaic":
             grey = last if last.ndim == 2 else mosaic(last, PATTERN)
             return decoded_picture(deep_png(grey.astype(np.uint16), self.bits), ToldCoding(self.bits, PATTERN))
-        return Picture.of(last) if self.bits == 8 else decoded_picture(deep_png(last, self.bits))
+        return SentPicture.of(last) if self.bits == 8 else decoded_picture(deep_png(last, self.bits))
 
     @property
     def frames(self):

@@ -10,6 +10,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+CLIPPED_CODE = 250  # chosen: from this 8-bit code value on a channel counts as overexposed, its light as lost
 NamedResponse = Literal["srgb", "linear", "gamma 2.2"]
 NAMED_RESPONSES: tuple[NamedResponse, ...] = get_args(NamedResponse)
 

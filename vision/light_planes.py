@@ -15,13 +15,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from vision.light import Response, decoding_table, light_of
-from vision.picture import Codes, Coding
+from vision.light import CLIPPED_CODE, Response, decoding_table, light_of
+from vision.sent_picture import Codes, Coding
 
 Array = NDArray[np.float64]
 Table = NDArray[np.float32]
 
-CLIPPED_CODE = 250 / 255  # from here a channel may have lost light
 SHARES = np.linspace(-0.5, 2.0, 1001)  # of the bar in a pixel: noise, and what is darker or brighter than its plateau
 CURVE_CODES = np.linspace(0.0, 1.0, 4097)
 LEAST_STEP = 0.02  # of the brightest channel's step: a channel with less says nothing of the share
@@ -37,7 +36,7 @@ class LightPlane:
     Attributes
     ----------
     channel : int
-        Of `Picture.measured`.
+        Of `SentPicture.measured`.
     table : ndarray of float32, shape (sites, codes)
         Light of every code value; four sites (row and column even or odd) of a mosaic, else one.
     weight : ndarray of float32, shape (sites,)
@@ -50,6 +49,11 @@ class LightPlane:
     table: Table
     weight: Table
     clipped_light: float
+
+    @property
+    def compiled(self) -> tuple[int, Table, Table]:
+        """What `bilinear_light` takes."""
+        return self.channel, self.table, self.weight
 
 
 class Decoder:
@@ -64,7 +68,7 @@ class Decoder:
         self._response = response
         self._table = cache(self._new_table)
         self.shown = self._table(Coding("grey"))[0]
-        self._clipped_light = float(light_of(np.array([CLIPPED_CODE]), response)[0])
+        self._clipped_light = float(self.shown[CLIPPED_CODE])
 
     def planes(self, coding: Coding, outside: Array, inside: Array) -> Sequence[LightPlane]:
         """Planes in which an edge can be located, the brightest channel's first.
@@ -114,9 +118,11 @@ class Decoder:
 
     def _mosaic_planes(self, coding: Coding, dark: Array, bright: Array, inside: Array) -> list[LightPlane]:
         """The whole mosaic; then without the channels that may be overexposed."""
-        usable = inside < 255 * CLIPPED_CODE
+        usable = inside < CLIPPED_CODE
         planes = [self._mosaic_plane(coding, dark, bright, np.ones(3, dtype=bool))]
-        return planes if usable.all() or not usable.any() else [*planes, self._mosaic_plane(coding, dark, bright, usable)]
+        if usable.any() and not usable.all():
+            planes.append(self._mosaic_plane(coding, dark, bright, usable))
+        return planes
 
     def _mosaic_plane(self, coding: Coding, dark: Array, bright: Array, used: NDArray[np.bool_]) -> LightPlane:
         step = np.where(used, bright - dark, 0.0)
@@ -139,8 +145,18 @@ class Decoder:
 
 
 @njit(nogil=True, cache=True)
-def bilinear_light(codes: Codes, channel: int, table: Table, weight: Table, x: float, y: float) -> float:
-    """Light at a place between pixel centres, from the four around it; the place lies inside the picture."""
+def bilinear_light(codes: Codes, plane: tuple[int, Table, Table], x: float, y: float) -> float:
+    """Light at a place between pixel centres, from the four around it.
+
+    Parameters
+    ----------
+    codes : ndarray of uint8 or uint16, shape (rows, columns, channels)
+    plane : tuple
+        Channel, table and weight of a `LightPlane`.
+    x, y : float
+        Inside the picture.
+    """
+    channel, table, weight = plane
     j, i = min(int(x), codes.shape[1] - 2), min(int(y), codes.shape[0] - 2)
     u, v = x - j, y - i
     if table.shape[0] == 1:

@@ -6,7 +6,7 @@ from typing import Protocol, Self, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.picture import Picture
+from vision.sent_picture import SentPicture
 
 
 class CameraError(Exception):
@@ -51,7 +51,7 @@ class FramePair:
         The source knows that these are the same stored pictures as in the pair before; a camera never does.
     truth : dict or None
         What a simulation knows about the scene (`diameter_mm`, ...); never read by a gauge.
-    sent : tuple of two Picture, or None
+    sent : tuple of two SentPicture, or None
         Both pictures with their coding, where that is more than `left` and `right` tell.
     """
 
@@ -67,12 +67,12 @@ class FramePair:
     temperature_c: float = float("nan")
     repeated: bool = False
     truth: dict[str, object] | None = field(default=None, compare=False)
-    sent: tuple[Picture, Picture] | None = field(default=None, compare=False)
+    sent: tuple[SentPicture, SentPicture] | None = field(default=None, compare=False)
 
     @property
-    def pictures(self) -> tuple[Picture, Picture]:
+    def pictures(self) -> tuple[SentPicture, SentPicture]:
         """Both pictures as a gauge measures them."""
-        return self.sent or (Picture.of(self.left), Picture.of(self.right))
+        return self.sent or (SentPicture.of(self.left), SentPicture.of(self.right))
 
 
 @dataclass(frozen=True, slots=True)

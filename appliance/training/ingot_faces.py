@@ -18,9 +18,10 @@ from tqdm import tqdm
 from appliance.ingot.reader_setup import make_reader
 from appliance.ingot.settings import IngotSettings
 from appliance.simulation.ingots.conditions import ingot_sequence
-from vision.ingot.classifiers.similarity import SIZE, as_reference, end_image
+from vision.ingot.classifiers.similarity import SIZE, as_reference
 from vision.ingot.classifiers.wrinkles import LARGEST, WrinkleOdds
 from vision.ingot.end_finder import Box, End
+from vision.ingot.end_image import end_image
 from vision.ingot.orientation_reader import IngotView, References
 from vision.readings import OrientationReading
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from vision.calibration.checkerboard import Board
 from vision.geometry.camera import Camera
-from vision.picture import Picture
+from vision.sent_picture import SentPicture
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -44,7 +44,7 @@ class BoardEdges:
     px_per_mm: Array
 
 
-def board_edges(picture: Picture, camera: Camera, corners_px: Array, board: Board) -> BoardEdges:
+def board_edges(picture: SentPicture, camera: Camera, corners_px: Array, board: Board) -> BoardEdges:
     """Pixels near the edges between the squares of a board.
 
     The corners place all edges at once, through the lens: four squares that meet are symmetric about their corner
@@ -52,7 +52,7 @@ def board_edges(picture: Picture, camera: Camera, corners_px: Array, board: Boar
 
     Parameters
     ----------
-    picture : Picture
+    picture : SentPicture
         Of the board; grey and luma as they are, green of colours and of mosaics.
     camera : Camera
         Calibrated.
@@ -88,12 +88,12 @@ def board_edges(picture: Picture, camera: Camera, corners_px: Array, board: Boar
     )
 
 
-def _one_channel(picture: Picture) -> NDArray[np.uint8] | NDArray[np.uint16]:
+def _one_channel(picture: SentPicture) -> NDArray[np.uint8] | NDArray[np.uint16]:
     """Grey, luma, the mosaic, or green."""
     return picture.measured[:, :, picture.measured.shape[2] // 2]
 
 
-def _counting(picture: Picture, x: Index, y: Index) -> NDArray[np.bool_]:
+def _counting(picture: SentPicture, x: Index, y: Index) -> NDArray[np.bool_]:
     """Pixels that are of the one channel: all, or a mosaic's green sites."""
     if picture.coding.mosaic is None:
         return np.ones(x.shape, dtype=bool)

@@ -16,7 +16,7 @@ from scipy.optimize import least_squares
 
 from vision.calibration.board_edges import REACH_PX, BoardEdges
 from vision.light import CURVE_PARAMETERS, ResponseCurve
-from vision.picture import Coding
+from vision.sent_picture import Coding
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

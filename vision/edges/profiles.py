@@ -5,7 +5,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from vision.light_planes import LightPlane, bilinear_light
-from vision.picture import Codes
+from vision.sent_picture import Codes
 
 Array = NDArray[np.float64]
 
@@ -37,11 +37,11 @@ def sample_profiles(
     ndarray of float64, shape (n, m)
         NaN outside the image.
     """
-    return _sample(picture, plane.channel, plane.table, plane.weight, point_px, normal, offsets_px)
+    return _sample(picture, plane.compiled, point_px, normal, offsets_px)
 
 
 @njit(nogil=True, cache=True)
-def _sample(picture, channel, table, weight, point, normal, offsets):
+def _sample(picture, plane, point, normal, offsets):
     rows, columns = picture.shape[0], picture.shape[1]
     light = np.empty((point.shape[0], offsets.shape[0]))
     for i in range(point.shape[0]):
@@ -51,5 +51,5 @@ def _sample(picture, channel, table, weight, point, normal, offsets):
             if not (0.0 <= x <= columns - 1 and 0.0 <= y <= rows - 1):
                 light[i, j] = np.nan
                 continue
-            light[i, j] = bilinear_light(picture, channel, table, weight, x, y)
+            light[i, j] = bilinear_light(picture, plane, x, y)
     return light

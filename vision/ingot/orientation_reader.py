@@ -8,15 +8,16 @@ from numpy.typing import NDArray
 
 from vision.ingot.classifiers.classifier import Face
 from vision.ingot.classifiers.names import ClassifierName
-from vision.ingot.classifiers.similarity import as_reference, end_image, similarity
+from vision.ingot.classifiers.similarity import as_reference, similarity
 from vision.ingot.classifiers.table import CLASSIFIERS
 from vision.ingot.end_finder import Box, End, EndFinder
+from vision.ingot.end_image import end_image
+from vision.light import CLIPPED_CODE
 from vision.readings import OrientationReading
 from vision.reasons import IngotReason
 
 Picture = NDArray[np.uint8]
 
-CLIPPED_CODE = 250
 CLIPPED_SHARE = 0.1  # of the end: from here the picture counts as overexposed
 
 
@@ -83,7 +84,7 @@ class OrientationReader:
 
         Raises
         ------
-        TypeError, ValueError
+        ValueError
             As in `EndFinder.find`.
         """
         end, reasons = self._finder.find(picture)

@@ -1,20 +1,20 @@
 """Pictures of a pair, checked against the rig that shall measure them."""
 
 from vision.calibration.rig import Rig
-from vision.picture import Codes, Picture
+from vision.sent_picture import Codes, SentPicture
 
 
-def checked_pair(rig: Rig, left: Picture | Codes, right: Picture | Codes) -> tuple[Picture, Picture]:
+def checked_pair(rig: Rig, left: SentPicture | Codes, right: SentPicture | Codes) -> tuple[SentPicture, SentPicture]:
     """Both pictures with their coding.
 
     Parameters
     ----------
     rig : Rig
-    left, right : Picture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
+    left, right : SentPicture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
 
     Returns
     -------
-    tuple of two Picture
+    tuple of two SentPicture
 
     Raises
     ------
@@ -25,9 +25,9 @@ def checked_pair(rig: Rig, left: Picture | Codes, right: Picture | Codes) -> tup
     return first, _checked("right", right, rig.right.image_size)
 
 
-def _checked(name: str, image: Picture | Codes, calibrated: tuple[int, int]) -> Picture:
+def _checked(name: str, image: SentPicture | Codes, calibrated: tuple[int, int]) -> SentPicture:
     try:
-        picture = Picture.of(image)
+        picture = SentPicture.of(image)
     except ValueError as error:
         raise ValueError(f"{name}: {error}") from error
     if picture.size != calibrated:

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from vision.calibration.rig import Rig
-from vision.picture import Codes, Picture
 from vision.readings import SizeReading
 from vision.reasons import Reason
+from vision.sent_picture import Codes, SentPicture
 from vision.sizing.checked_pictures import checked_pair
 from vision.sizing.tangent.gauge import TangentGauge
 from vision.sizing.virtual_board.gauge import VirtualBoardGauge
@@ -40,12 +40,12 @@ class Gauge:
         self._tangent = TangentGauge(rig, ovality_mm)
         self._virtual_board = VirtualBoardGauge(rig)
 
-    def measure(self, left: Picture | Codes, right: Picture | Codes) -> SizeReading:
+    def measure(self, left: SentPicture | Codes, right: SentPicture | Codes) -> SizeReading:
         """Diameter of the bar in one pair of pictures: route T's, judged by route V's.
 
         Parameters
         ----------
-        left, right : Picture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
+        left, right : SentPicture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
             As they were sent; code values alone are grey or blue-green-red, all their bits used.
 
         Returns
@@ -73,7 +73,7 @@ class Gauge:
         reading = judged(tangent, beside.result())
         return replace(reading, reasons=reading.reasons | moved)
 
-    def _moved_px(self, left: Picture, right: Picture) -> tuple[float, float]:
+    def _moved_px(self, left: SentPicture, right: SentPicture) -> tuple[float, float]:
         """How far each camera's still marks have moved."""
         marks = self._rig.marks
         beside = self._beside.submit(marks[0].moved_px, left.shown)

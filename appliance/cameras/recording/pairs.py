@@ -9,9 +9,9 @@ from appliance.cameras.pacing import Pacer, device_us, utc_ms
 from appliance.cameras.recording.picture_file import read_picture, read_told_coding
 from appliance.cameras.recording.video_file import VideoFile
 from appliance.cameras.source import CameraError, EndOfRecording, FramePair
-from vision.picture import Picture
+from vision.sent_picture import SentPicture
 
-Pictures = tuple[Picture, Picture]
+Pictures = tuple[SentPicture, SentPicture]
 
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg")
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mkv")
@@ -46,14 +46,14 @@ class Recording:
         """Number of pairs; of videos as their headers announce it."""
         return self._frames.announced
 
-    def __iter__(self) -> Iterator[tuple[int, Picture, Picture]]:
+    def __iter__(self) -> Iterator[tuple[int, SentPicture, SentPicture]]:
         """Frame number, left and right picture of each pair; raises `CameraError` like `read`."""
         position = 0
         while (pair := self.read(position)) is not None:
             yield pair
             position += 1
 
-    def read(self, position: int) -> tuple[int, Picture, Picture] | None:
+    def read(self, position: int) -> tuple[int, SentPicture, SentPicture] | None:
         """Frame number, left and right picture at a position from 0; None after the end.
 
         Raises
@@ -74,7 +74,7 @@ class Recording:
         self._frames.close()
 
 
-def unchanged_size(shape: tuple[int, int] | None, picture: Picture, place: str) -> tuple[int, int]:
+def unchanged_size(shape: tuple[int, int] | None, picture: SentPicture, place: str) -> tuple[int, int]:
     """Rows and columns of a picture; raises `CameraError` when they are not those that the recording's others have."""
     now = picture.shown.shape[0], picture.shown.shape[1]
     if shape not in {None, now}:

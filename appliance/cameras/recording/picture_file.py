@@ -1,4 +1,4 @@
-"""Picture files with their coding: PNG of 8 to 16 bits, JPEG with its luma, Bayer mosaics."""
+"""SentPicture files with their coding: PNG of 8 to 16 bits, JPEG with its luma, Bayer mosaics."""
 
 import json
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from appliance.cameras.recording.jpeg_header import read_jpeg_header
 from appliance.cameras.source import CameraError
-from vision.picture import LUMA_601, MOSAICS, Codes, Coding, Mosaic, Picture, coded_picture
+from vision.sent_picture import LUMA_601, MOSAICS, Codes, Coding, Mosaic, SentPicture, sent_picture
 
 JPEG_END = b"\xff\xd9"
 PNG_END = b"IEND\xaeB`\x82"
@@ -64,7 +64,7 @@ def read_told_coding(folder: Path) -> ToldCoding:
     return ToldCoding(bits, mosaic)
 
 
-def read_picture(path: Path, told: ToldCoding = UNTOLD) -> Picture:
+def read_picture(path: Path, told: ToldCoding = UNTOLD) -> SentPicture:
     """Read a picture file with its coding.
 
     Parameters
@@ -76,7 +76,7 @@ def read_picture(path: Path, told: ToldCoding = UNTOLD) -> Picture:
 
     Returns
     -------
-    Picture
+    SentPicture
         Of a JPEG file whose colours are subsampled, luma is measured; of others what they hold.
 
     Raises
@@ -98,8 +98,8 @@ def read_picture(path: Path, told: ToldCoding = UNTOLD) -> Picture:
     return picture
 
 
-def decoded_picture(data: bytes, told: ToldCoding = UNTOLD) -> Picture | None:
-    """Picture of a PNG or JPEG file's bytes; None where they are none.
+def decoded_picture(data: bytes, told: ToldCoding = UNTOLD) -> SentPicture | None:
+    """SentPicture of a PNG or JPEG file's bytes; None where they are none.
 
     Parameters
     ----------
@@ -118,8 +118,8 @@ def decoded_picture(data: bytes, told: ToldCoding = UNTOLD) -> Picture | None:
     if header.subsampled and image.ndim == 3:
         luma = _decoded(data, cv2.IMREAD_GRAYSCALE)  # the decoder's own Y, not a mixture of its colours
         coding = Coding("luma", luma_weights=LUMA_601, compression="jpeg", quality=header.quality)
-        return None if luma is None else coded_picture(luma, coding, np.asarray(image, np.uint8))
-    return coded_picture(image, Coding(samples, compression="jpeg", quality=header.quality))
+        return None if luma is None else sent_picture(luma, coding, np.asarray(image, np.uint8))
+    return sent_picture(image, Coding(samples, compression="jpeg", quality=header.quality))
 
 
 def _decoded(data: bytes, flags: int) -> Codes | None:
@@ -127,14 +127,14 @@ def _decoded(data: bytes, flags: int) -> Codes | None:
     return image
 
 
-def _lossless(image: Codes, bits: int | None, mosaic: Mosaic | None) -> Picture:
+def _lossless(image: Codes, bits: int | None, mosaic: Mosaic | None) -> SentPicture:
     stored = 8 * image.dtype.itemsize
     bits = stored if bits is None or stored == 8 else bits
     if image.max() >= 1 << bits:  # stored at the top of the 16 bits, as the PNG standard wants it
         image = image >> (stored - bits)
     if mosaic is not None and image.ndim == 2:
-        return coded_picture(image, Coding("mosaic", bits, mosaic=mosaic))
-    return coded_picture(image, Coding("grey" if image.ndim == 2 else "colour", bits))
+        return sent_picture(image, Coding("mosaic", bits, mosaic=mosaic))
+    return sent_picture(image, Coding("grey" if image.ndim == 2 else "colour", bits))
 
 
 def _png_bits(data: bytes) -> int | None:

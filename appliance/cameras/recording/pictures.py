@@ -12,6 +12,8 @@ from appliance.cameras.recording.pairs import Laps, numbered_pictures, unchanged
 from appliance.cameras.recording.picture_file import read_picture, read_told_coding
 from appliance.cameras.source import CameraError, Frame
 
+Picture = NDArray[np.uint8]
+
 DARKEST_MOST = 20  # pictures of the empty line that are averaged
 SAME_LIGHT_SHARE = 0.005  # of full scale: mean light of empty pictures differs by less; a hot bar adds more
 
@@ -50,14 +52,14 @@ class PictureRecording:
         """Number of pictures."""
         return len(self._paths)
 
-    def __iter__(self) -> Iterator[tuple[int, NDArray[np.uint8]]]:
+    def __iter__(self) -> Iterator[tuple[int, Picture]]:
         """Frame number and picture of each frame; raises `CameraError` like `read`."""
         position = 0
         while (frame := self.read(position)) is not None:
             yield frame
             position += 1
 
-    def read(self, position: int) -> tuple[int, NDArray[np.uint8]] | None:
+    def read(self, position: int) -> tuple[int, Picture] | None:
         """Frame number and picture at a position from 0; None after the end.
 
         Raises

@@ -10,7 +10,7 @@ from av.error import FFmpegError
 from numpy.typing import NDArray
 
 from appliance.cameras.source import CameraError
-from vision.picture import LUMA_601, LUMA_709, Codes, Coding, Picture, coded_picture
+from vision.sent_picture import LUMA_601, LUMA_709, Codes, Coding, SentPicture, sent_picture
 
 FULL_RANGE = 2  # AVCOL_RANGE_JPEG
 BT_709 = 1  # ITU-T H.273, matrix coefficients
@@ -44,8 +44,8 @@ class VideoFile:
         duration_s = float(self._container.duration or 0) / av.time_base
         self.announced = int(stream.frames or round(duration_s * float(stream.average_rate or RATE_HZ)))
 
-    def read(self, position: int) -> Picture | None:
-        """Picture at a position from 0; None after the end.
+    def read(self, position: int) -> SentPicture | None:
+        """SentPicture at a position from 0; None after the end.
 
         Raises
         ------
@@ -84,8 +84,8 @@ class VideoFile:
         self._position = 0
 
 
-def picture_of_frame(frame: av.VideoFrame) -> Picture:
-    """Picture of a decoded frame: of luma and colour differences luma is measured, else what the frame holds.
+def picture_of_frame(frame: av.VideoFrame) -> SentPicture:
+    """SentPicture of a decoded frame: of luma and colour differences luma is measured, else what the frame holds.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def picture_of_frame(frame: av.VideoFrame) -> Picture:
     whole = all(part.width == frame.width and part.height == frame.height for part in layout.components)
     bits = layout.components[0].bits
     if layout.is_rgb or (whole and len(layout.components) == 3 and bits == 8):
-        return coded_picture(_converted(frame, "bgr24"), Coding("colour", compression="video"))
+        return sent_picture(_converted(frame, "bgr24"), Coding("colour", compression="video"))
     grey = len(layout.components) < 3
     coding = Coding(
         samples="grey" if grey else "luma",
@@ -105,7 +105,7 @@ def picture_of_frame(frame: av.VideoFrame) -> Picture:
         luma_weights=_luma_weights(frame),
         compression="video",
     )
-    return coded_picture(_luma(frame, bits), coding, None if grey else _converted(frame, "bgr24"))
+    return sent_picture(_luma(frame, bits), coding, None if grey else _converted(frame, "bgr24"))
 
 
 def _luma_weights(frame: av.VideoFrame) -> tuple[float, float]:

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from appliance.sizing.stereo.rig_file import RigError, load_rig
 from vision.calibration.rig import Rig
 from vision.geometry.camera import Camera
+from vision.geometry.measuring_plane import PLANE_HEIGHT_MM
 from vision.readings import SizeReading
 from vision.sizing.gauge import Gauge
-from vision.sizing.limits import SIDES
-from vision.sizing.region_grid import PLANE_HEIGHT_MM
+from vision.sizing.limits import LIMB_SIDES
 from vision.sizing.tangent.tangent_planes import TangentPlane
 
 Picture = NDArray[np.uint8]
@@ -121,7 +121,7 @@ def _drawn_bar(camera: Camera) -> Picture:
     cylinder = np.array([0.0, DRAWN_MM / 2, 0.0, 0.0, DRAWN_MM / 2])
     y_mm = np.linspace(-400.0, 400.0, 50)
     outline: list[NDArray[np.float64]] = []
-    for side in SIDES:
+    for side in LIMB_SIDES:
         line = TangentPlane.touching(camera.centre_mm, cylinder, side).line
         points = np.column_stack([line[0] * y_mm + line[1], y_mm, np.full(y_mm.size, PLANE_HEIGHT_MM)])
         outline.append(camera.project(points)[::side])

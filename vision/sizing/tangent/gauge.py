@@ -15,18 +15,19 @@ from numpy.typing import NDArray
 from vision.calibration.rig import Rig
 from vision.geometry.camera import Camera
 from vision.light_planes import Decoder
-from vision.picture import Codes, Picture
 from vision.readings import SizeReading
 from vision.reasons import Reason
+from vision.sent_picture import Codes, SentPicture
 from vision.sizing.checked_pictures import checked_pair
 from vision.sizing.limits import (
-    CLIPPED_FEW,
-    CLIPPED_MOST,
+    CLIPPED_FEW_SHARE,
+    CLIPPED_MOST_SHARE,
+    COVERED_SHARE,
     DIAMETER_MM,
     LEAST_POINTS,
+    LIMB_SIDES,
     OFF_ROLLERS_MM,
     OFF_ROLLERS_SHARE,
-    SIDES,
     WEAK_CONTRAST,
 )
 from vision.sizing.region_grid import Outline, RegionGrid
@@ -43,7 +44,6 @@ WINDOW_MM = 20.0  # one strip along the bar
 WINDOW_AGREES_PX = 0.5  # how far the median of a window's edge points may be off on any limb
 HIDDEN = 0.4  # of what the best limb shows: a limb that shows less is left out, three are enough
 LEAST_LIMBS = 3
-LEAST_COVERED = 0.5  # of the region, by the bar
 ENDS_MM = 10.0  # from the region's end: a bar that ends further inside shows its head or its tail
 BIN_MM = 5.0
 END_AGREES_PX, LIMBS_AT_END = 0.5, 2  # what makes a bin part of the bar: edge points of two limbs
@@ -59,10 +59,10 @@ class _View:
     grid: RegionGrid
     finder: LimbFinder
 
-    def rough_limbs(self, picture: Picture, outline: Outline) -> list[RoughLimb]:
+    def rough_limbs(self, picture: SentPicture, outline: Outline) -> list[RoughLimb]:
         """Both limbs of a bar, at smaller and at larger x."""
         lines = outline.left, outline.right
-        return [self.finder.roughly(picture, line, side) for line, side in zip(lines, SIDES, strict=True)]
+        return [self.finder.roughly(picture, line, side) for line, side in zip(lines, LIMB_SIDES, strict=True)]
 
 
 class TangentGauge:
@@ -96,12 +96,12 @@ class TangentGauge:
         ]
         self._beside = ThreadPoolExecutor(1)  # one view there, the other one here
 
-    def measure(self, left: Picture | Codes, right: Picture | Codes) -> SizeReading:
+    def measure(self, left: SentPicture | Codes, right: SentPicture | Codes) -> SizeReading:
         """Diameter of the bar in one pair of pictures.
 
         Parameters
         ----------
-        left, right : Picture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
+        left, right : SentPicture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
             As they were sent; code values alone are grey or blue-green-red, all their bits used.
 
         Returns
@@ -121,12 +121,12 @@ class TangentGauge:
         found = self.find(*pictures)
         return SizeReading(reasons=found) if isinstance(found, Reason) else self.measure_bar(*pictures, found)
 
-    def find(self, left: Picture, right: Picture) -> tuple[Outline, Outline] | Reason:
+    def find(self, left: SentPicture, right: SentPicture) -> tuple[Outline, Outline] | Reason:
         """Where the one bar is in each view, roughly, or why there is none to be measured.
 
         Parameters
         ----------
-        left, right : Picture
+        left, right : SentPicture
             Of the rig's size.
 
         Returns
@@ -144,13 +144,17 @@ class TangentGauge:
         return Reason.SEVERAL_BARS if max(count) > 1 else (found[0][0], found[1][0])
 
     def measure_bar(
-        self, left: Picture, right: Picture, outlines: tuple[Outline, Outline], moved_px: tuple[float, float] = UNKNOWN
+        self,
+        left: SentPicture,
+        right: SentPicture,
+        outlines: tuple[Outline, Outline],
+        moved_px: tuple[float, float] = UNKNOWN,
     ) -> SizeReading:
         """Diameter of a bar that `find` found; reasons and errors as in `measure`.
 
         Parameters
         ----------
-        left, right : Picture
+        left, right : SentPicture
             Of the rig's size.
         outlines : tuple of two Outline
         moved_px : tuple of float
@@ -179,21 +183,21 @@ class TangentGauge:
         """Tangent planes of the four limbs; None for those that are hidden."""
         least = HIDDEN * max(limb.seen for limb in rough)
         return [
-            TangentPlane.through(self._views[index // 2].camera.centre_mm, limb.line, SIDES[index % 2])
+            TangentPlane.through(self._views[index // 2].camera.centre_mm, limb.line, LIMB_SIDES[index % 2])
             if limb.seen > least
             else None
             for index, limb in enumerate(rough)
         ]
 
     def _limbs(
-        self, pictures: tuple[Picture, Picture], planes: list[TangentPlane | None], cylinder: Array
+        self, pictures: tuple[SentPicture, SentPicture], planes: list[TangentPlane | None], cylinder: Array
     ) -> list[LimbPoints]:
         """Edge points of the four limbs, a hidden one where the others say that it must be."""
         region = np.array(self.rig.region_y_mm)
 
         def of_view(index: int) -> list[LimbPoints]:
             view, limbs = self._views[index], []
-            for place, side in enumerate(SIDES):
+            for place, side in enumerate(LIMB_SIDES):
                 plane = planes[2 * index + place]
                 plane = plane or TangentPlane.touching(view.camera.centre_mm, cylinder, side)
                 first_mm, last_mm = np.sort(plane.places_mm(cylinder, region)).tolist()
@@ -249,14 +253,14 @@ def _reasons_of_limbs(limbs: list[LimbPoints], shown: list[int]) -> Reason:
     reasons = Reason.NONE
     if len(shown) < LEAST_LIMBS:
         lost = [limb for index, limb in enumerate(limbs) if index not in shown]
-        clipped = any(limb.clipped_share > CLIPPED_MOST for limb in lost)
+        clipped = any(limb.clipped_share > CLIPPED_MOST_SHARE for limb in lost)
         return Reason.EDGES_CLIPPED if clipped else Reason.EDGE_NOT_FOUND
     if len(shown) < len(limbs):
         reasons |= Reason.LIMB_HIDDEN
     for index in shown:
         if np.median(limbs[index].bright) < WEAK_CONTRAST * np.median(limbs[index].dark):
             reasons |= Reason.LOW_CONTRAST
-    if any(limb.clipped_share > CLIPPED_FEW for limb in limbs):
+    if any(limb.clipped_share > CLIPPED_FEW_SHARE for limb in limbs):
         reasons |= Reason.SOME_EDGES_CLIPPED
     return reasons
 
@@ -276,7 +280,7 @@ def _reasons_of_ends(fit: CylinderFit, points: EdgePoints, region_y_mm: tuple[fl
         reasons |= Reason.BAR_HEAD
     if first_mm > region_y_mm[0] + ENDS_MM:
         reasons |= Reason.BAR_TAIL
-    if edges[sure[-1]] - edges[sure[0]] < LEAST_COVERED * (region_y_mm[1] - region_y_mm[0]):
+    if edges[sure[-1]] - edges[sure[0]] < COVERED_SHARE * (region_y_mm[1] - region_y_mm[0]):
         reasons |= Reason.BAR_TOO_SHORT
     return reasons
 

@@ -14,10 +14,10 @@ from vision.edges.shaded import shaded_crossings
 from vision.edges.subpixel import even_profiles, fitted_edges, half_level_crossing
 from vision.geometry.camera import Camera
 from vision.geometry.consensus_line import consensus_line
+from vision.geometry.measuring_plane import PLANE_HEIGHT_MM
 from vision.light_planes import Decoder
-from vision.picture import Picture
-from vision.sizing.limits import CLIPPED_FEW, FIRST_BLUR_PX, LEAST_POINTS
-from vision.sizing.region_grid import PLANE_HEIGHT_MM
+from vision.sent_picture import SentPicture
+from vision.sizing.limits import CLIPPED_FEW_SHARE, FIRST_BLUR_PX, LEAST_POINTS
 
 Array = NDArray[np.float64]
 
@@ -104,20 +104,18 @@ class LimbFinder:
         Measuring region along the rolling direction.
     """
 
-    def __init__(
-        self, view: int, camera: Camera, decoder: Decoder, region_y_mm: tuple[float, float]
-    ) -> None:
+    def __init__(self, view: int, camera: Camera, decoder: Decoder, region_y_mm: tuple[float, float]) -> None:
         self._view = view
         self._camera = camera
         self._decoder = decoder
         self._region_y_mm = region_y_mm
 
-    def roughly(self, picture: Picture, line: Array, side: int) -> RoughLimb:
+    def roughly(self, picture: SentPicture, line: Array, side: int) -> RoughLimb:
         """Straight line of a limb that the grid knows to a few pixels.
 
         Parameters
         ----------
-        picture : Picture
+        picture : SentPicture
         line : ndarray of float64, shape (2,)
             x(y) on the grid's plane: slope and intercept, mm.
         side : int
@@ -143,12 +141,12 @@ class LimbFinder:
         fitted, agrees = consensus_line(on_line_mm, x_mm, AGREES_PX * pixel_mm)
         return RoughLimb(fitted, np.count_nonzero(agrees) / len(y_mm))
 
-    def finely(self, picture: Picture, line: Array, side: int, span_mm: tuple[float, float]) -> LimbPoints:
+    def finely(self, picture: SentPicture, line: Array, side: int, span_mm: tuple[float, float]) -> LimbPoints:
         """Edge points along a limb that is known to within a pixel.
 
         Parameters
         ----------
-        picture : Picture
+        picture : SentPicture
         line : ndarray of float64, shape (2,)
             x(y) on the grid's plane: slope and intercept, mm.
         side : int
@@ -167,14 +165,15 @@ class LimbFinder:
         levels = [_shown_level(picture, point + way * INSIDE_PX * normal) for way in (-1, 1)]
         for plane in self._decoder.planes(picture.coding, *levels):
             profile = sample_profiles(picture.measured, plane, point, normal, REFINE)
-            tried.append(self._points(profile, point, normal, y_mm, side, plane.clipped_light))
-            if tried[-1].clipped_share <= CLIPPED_FEW:
+            tried.append(self._points(profile, (point, normal, y_mm), side, plane.clipped_light))
+            if tried[-1].clipped_share <= CLIPPED_FEW_SHARE:
                 break
         return min(tried, key=lambda limb: limb.clipped_share)
 
     def _points(
-        self, profile: Array, point: Array, normal: Array, y_mm: Array, side: int, clipped_light: float
+        self, profile: Array, across: tuple[Array, Array, Array], side: int, clipped_light: float
     ) -> LimbPoints:
+        point, normal, y_mm = across
         shaded = shaded_crossings(profile, REFINE, FIRST_BLUR_PX)
         if shaded is None:
             return self._nothing(side, len(y_mm))
@@ -237,7 +236,7 @@ class LimbFinder:
         return centre + reach[:, None] * direction
 
 
-def _shown_level(picture: Picture, point: Array) -> Array:
+def _shown_level(picture: SentPicture, point: Array) -> Array:
     """Median code value of each channel at some of the points of the picture as it is shown, shape (channels,)."""
     at = np.rint(point[::8])
     shown = picture.shown.reshape(*picture.shown.shape[:2], -1)

@@ -76,7 +76,7 @@ class Coding:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Picture:
+class SentPicture:
     """One picture of one camera.
 
     Attributes
@@ -99,28 +99,28 @@ class Picture:
         return self.shown.shape[1], self.shown.shape[0]
 
     @classmethod
-    def of(cls, image: "Picture | Codes") -> "Picture":
+    def of(cls, image: "SentPicture | Codes") -> "SentPicture":
         """Return a picture of code values whose coding is told by their type alone: lossless, all bits used.
 
         Parameters
         ----------
-        image : Picture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
-            A `Picture` is returned as it is.
+        image : SentPicture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
+            A `SentPicture` is returned as it is.
 
         Raises
         ------
         ValueError
             Another type or shape.
         """
-        if isinstance(image, Picture):
+        if isinstance(image, SentPicture):
             return image
         if image.dtype not in {np.dtype(np.uint8), np.dtype(np.uint16)}:
             raise ValueError(f"a picture of uint8 or uint16 is needed, not of {image.dtype}")
-        return coded_picture(image, Coding("colour" if image.ndim == 3 else "grey", 8 * image.dtype.itemsize))
+        return sent_picture(image, Coding("colour" if image.ndim == 3 else "grey", 8 * image.dtype.itemsize))
 
 
-def coded_picture(image: Codes, coding: Coding, shown: Shown | None = None) -> Picture:
-    """Picture of code values as they were sent.
+def sent_picture(image: Codes, coding: Coding, shown: Shown | None = None) -> SentPicture:
+    """SentPicture of code values as they were sent.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def coded_picture(image: Codes, coding: Coding, shown: Shown | None = None) -> P
 
     Returns
     -------
-    Picture
+    SentPicture
 
     Raises
     ------
@@ -144,7 +144,7 @@ def coded_picture(image: Codes, coding: Coding, shown: Shown | None = None) -> P
     if (image.ndim == 3) != (coding.samples == "colour"):
         raise ValueError(f"{image.ndim - 1}-dimensional samples do not go with a coding of {coding.samples}")
     measured = np.ascontiguousarray(image if image.ndim == 3 else image[:, :, None])
-    return Picture(_looks(image, coding) if shown is None else shown, measured, coding)
+    return SentPicture(_looks(image, coding) if shown is None else shown, measured, coding)
 
 
 def _looks(image: Codes, coding: Coding) -> Shown:
