@@ -9,13 +9,23 @@ wrong response moves its middle and its flanks differently. So both are told apa
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 from scipy.optimize import least_squares
 
 from vision.calibration.board_edges import REACH_PX, BoardEdges
-from vision.light import CURVE_PARAMETERS, ResponseCurve
+from vision.light import (
+    CURVE_PARAMETERS,
+    UNKNOWN_RESPONSE,
+    NamedResponse,
+    Response,
+    ResponseCurve,
+    half_level_share,
+    light_of,
+)
 from vision.sent_picture import Coding
 
 Array = NDArray[np.float64]
@@ -37,8 +47,14 @@ DIRECTIONS = 2  # groups of a picture: upright edges and lying ones
 USUAL = np.array([1.9, 0.03, 0.1, 0.0])
 U_USUAL = np.array([0.6, 0.04, 0.15, 0.03])
 LOWEST, HIGHEST = np.array([0.5, -0.05, -0.001, -1.0]), np.array([4.0, 0.15, 2.0, 1.0])
-FIRST_NOISE = 0.02  # of a bin's sum, in steps from black to white and roots of its pixels
+FIRST_DOUBT = 0.05  # of a bin's sum, in steps from black to white and roots of its pixels
+MIDDLE_PX, FLANK_FACTOR = 0.5, 3.0  # away from half level compression does that much more
+KNOWN_GAIN_MM = 1e-4  # compression bends flanks as a gain would: the printer is then taken to be right
 SLOPE_STEP = 1e-3
+USUAL_LIGHT = np.array([0.02, 0.9])  # of the background and of a bar, exposed as it should be
+USUAL_BLUR_PX = 0.8
+CODES = np.linspace(0.0, 1.1, 4401)
+CONTRADICTION_PX = 0.03  # of a bar's edge: a standard that is off by less is taken at its word
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,8 +80,8 @@ class MeasuredResponse:
 def measure_response(pictures: Sequence[tuple[BoardEdges, Coding]]) -> MeasuredResponse | None:
     """Response under which the flanks of all edges are symmetric.
 
-    Least squares over exponent, offset, shoulder and printing gain; the covariance is that of the pictures'
-    scatter (a sandwich with one cluster for each picture), since pixels of one picture share its levels and place.
+    Least squares over exponent, offset, shoulder and printing gain. What compression leaves of the mean asymmetry
+    counts as a doubt that all pictures share, beside their noise.
 
     Parameters
     ----------
@@ -80,20 +96,37 @@ def measure_response(pictures: Sequence[tuple[BoardEdges, Coding]]) -> MeasuredR
     flanks = _Flanks.of_pictures(pictures)
     if flanks.pictures < LEAST_PICTURES:
         return None
-    noise, values = FIRST_NOISE, np.clip(USUAL, LOWEST + SLOPE_STEP, HIGHEST - SLOPE_STEP)
-    for _ in range(2):
-        values = _fitted(flanks, values, noise)
-        noise = max(1e-3, float(np.sqrt(np.mean(flanks.asymmetry(values) ** 2))))
-    covariance = _covariance(flanks, values, noise)
+    doubt, values = np.full(FLANK_BINS, FIRST_DOUBT), np.clip(USUAL, LOWEST + SLOPE_STEP, HIGHEST - SLOPE_STEP)
+    compressed = any(coding.compression != "none" for _, coding in pictures)
+    for gain_is_known in (True, True, compressed):
+        values = _fitted(flanks, values, doubt, gain_is_known=gain_is_known)
+        doubt = _doubt(flanks, values)
+    covariance = _covariance(flanks, values, doubt)
     exponent, offset, shoulder, gain_mm = values.tolist()
     size = len(CURVE_PARAMETERS)
     curve = ResponseCurve(exponent, offset, shoulder, covariance[:size, :size])
     return MeasuredResponse(curve, gain_mm, float(np.sqrt(covariance[size, size])), flanks.pictures)
 
 
-def _fitted(flanks: "_Flanks", start: Array, noise: float) -> Array:
+def _doubt(flanks: "_Flanks", values: Array) -> Array:
+    """Standard deviation of a bin's weighted asymmetry, shape (FLANK_BINS,): noise, and what all pictures share.
+
+    What is left of the mean asymmetry after the fit is the work of compression or of a filter, which no response
+    explains. It bends flanks more than it moves their middle, and the fit takes up a part of it there.
+    """
+    left = flanks.asymmetry(values)
+    pixels = flanks.compared
+    noise = float(np.sqrt(np.mean(left**2)))
+    shared = float(np.sqrt(np.mean(((left * np.sqrt(pixels)).sum(axis=0) / pixels.sum(axis=0)) ** 2)))
+    near = (np.arange(FLANK_BINS) + 0.5) * STEP_PX < MIDDLE_PX
+    return np.hypot(noise, np.where(near, 1.0, FLANK_FACTOR) * shared * np.sqrt(pixels.sum(axis=0)))
+
+
+def _fitted(flanks: "_Flanks", start: Array, doubt: Array, *, gain_is_known: bool) -> Array:
+    u_usual = np.where([False, False, False, gain_is_known], KNOWN_GAIN_MM, U_USUAL)
+
     def residuals(values: Array) -> Array:
-        return np.concatenate([flanks.asymmetry(values).ravel() / noise, (values - USUAL) / U_USUAL])
+        return np.concatenate([(flanks.asymmetry(values) / doubt).ravel(), (values - USUAL) / u_usual])
 
     found = least_squares(
         residuals, start, bounds=(LOWEST, HIGHEST), x_scale=0.3 * U_USUAL, diff_step=SLOPE_STEP, max_nfev=12
@@ -101,18 +134,18 @@ def _fitted(flanks: "_Flanks", start: Array, noise: float) -> Array:
     return np.asarray(found.x, dtype=np.float64)
 
 
-def _covariance(flanks: "_Flanks", values: Array, noise: float) -> Array:
-    """Sandwich: what is known of the parameters beforehand, and the scatter of the pictures' own wishes."""
+def _covariance(flanks: "_Flanks", values: Array, doubt: Array) -> Array:
+    """What all pictures leave open together, and the scatter of the pictures' own wishes (a sandwich)."""
     steps = SLOPE_STEP * np.eye(len(values))
     slopes = np.stack(
         [(flanks.asymmetry(values + step) - flanks.asymmetry(values - step)) / (2 * SLOPE_STEP) for step in steps], -1
     )
-    wishes = np.einsum("gbp,gb->gp", slopes, flanks.asymmetry(values)).reshape(-1, DIRECTIONS, len(values)).sum(axis=1)
-    known = np.einsum("gbp,gbq->pq", slopes, slopes) / noise**2 + np.diag(U_USUAL**-2.0)
+    slopes /= doubt[:, None]
+    left = flanks.asymmetry(values) / doubt
+    wishes = np.einsum("gbp,gb->gp", slopes, left).reshape(-1, DIRECTIONS, len(values)).sum(axis=1)
+    inverse = np.linalg.inv(np.einsum("gbp,gbq->pq", slopes, slopes) + np.diag(U_USUAL**-2.0))
     count = flanks.pictures
-    scatter = wishes.T @ wishes / noise**4 * count / (count - len(values)) + np.diag(U_USUAL**-2.0)
-    inverse = np.linalg.inv(known)
-    return inverse @ scatter @ inverse
+    return inverse + inverse @ (wishes.T @ wishes * count / (count - len(values))) @ inverse
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -187,8 +220,13 @@ class _Flanks:
         slope = np.gradient(y, STEP_PX, axis=1)
         steep = slope[:, HALF:] + slope[:, :HALF][:, ::-1]
         off = y[:, HALF:] + y[:, :HALF][:, ::-1] - 1 + steep * (values[-1] * self.px_per_mm)[:, None]
-        pixels = np.minimum(self.count[:, HALF:], self.count[:, :HALF][:, ::-1])
-        return np.where(pixels > LEAST_IN_BIN, off * np.sqrt(pixels), 0.0)[:, :FLANK_BINS]
+        return off[:, :FLANK_BINS] * np.sqrt(self.compared)
+
+    @property
+    def compared(self) -> Index:
+        """Pixels that a bin and its mirror image have at least, 0 for too few, shape (groups, FLANK_BINS)."""
+        pixels = np.minimum(self.count[:, HALF:], self.count[:, :HALF][:, ::-1])[:, :FLANK_BINS]
+        return np.where(pixels > LEAST_IN_BIN, pixels, 0)
 
     def _profiles(self, curve: ResponseCurve) -> Array:
         light = curve.light(self.unit)[self.code]
@@ -215,3 +253,66 @@ def _usable(code: Array, distance: Array, segment: Index) -> NDArray[np.bool_]:
         np.bincount(segment[side], code[side], size) / np.maximum(n, 1) for side, n in zip(sides, count, strict=True)
     )
     return (np.minimum(*count) > LEAST_PLATEAU) & (white < CLIPPED_CODE) & (white > black)
+
+
+class ChosenResponse(NamedTuple):
+    """A rig's response, and what is to be said of it.
+
+    Attributes
+    ----------
+    response : Response
+    warning : str
+        Empty where nothing is doubtful.
+    """
+
+    response: Response
+    warning: str
+
+
+def chosen_response(told: NamedResponse | None, measured: MeasuredResponse | None) -> ChosenResponse:
+    """Response of a rig from what `board.json` tells and what the board pictures show.
+
+    Parameters
+    ----------
+    told : {"srgb", "linear", "gamma 2.2"} or None
+        Used where the pictures do not contradict it: a standard is then known better than they can tell.
+    measured : MeasuredResponse or None
+        Used without `told`, and against it where a bar's edge would lie elsewhere by more than
+        `CONTRADICTION_PX` and by more than twice the standard uncertainty.
+
+    Returns
+    -------
+    ChosenResponse
+    """
+    if measured is None:
+        untold = "board.json tells no response, and too few board pictures have squares to measure it from"
+        return ChosenResponse(UNKNOWN_RESPONSE, untold) if told is None else ChosenResponse(told, "")
+    if told is None:
+        return ChosenResponse(measured.curve, "")
+    off_px, u_px = edge_shift_px(told, measured.curve)
+    if abs(off_px) <= max(CONTRADICTION_PX, 2 * u_px):
+        return ChosenResponse(told, "")
+    way = "outwards" if off_px > 0 else "inwards"
+    return ChosenResponse(
+        measured.curve,
+        f'board.json tells the response "{told}", which the board pictures contradict: it would move a bar\'s edges '
+        f"{abs(off_px):.2f} px {way} (u = {u_px:.2f} px); the measured response is used",
+    )
+
+
+def edge_shift_px(told: Response, measured: ResponseCurve) -> tuple[float, float]:
+    """How far a bar's edge moves outwards when it is decoded by a told response instead of the measured one.
+
+    Returns
+    -------
+    tuple of float
+        The shift of an edge of `USUAL_BLUR_PX` between `USUAL_LIGHT`, and the measured response's own uncertainty.
+    """
+    codes = np.interp(USUAL_LIGHT, light_of(CODES, measured), CODES)
+    dark, bright = light_of(codes, told)
+    half = np.interp(0.5 * (dark + bright), light_of(CODES, told), CODES)
+    low, at, high = light_of(np.array([codes[0], half, codes[1]]), measured)
+    share = (at - low) / (high - low)
+    doubts = half_level_share(measured, USUAL_LIGHT[:1], USUAL_LIGHT[1:])
+    u_px = USUAL_BLUR_PX * float(np.linalg.norm(doubts)) * np.sqrt(2 * np.pi)
+    return -USUAL_BLUR_PX * float(special.ndtri(np.clip(share, 0.01, 0.99))), u_px
