@@ -1,4 +1,4 @@
-"""Rigs whose camera's response is of random shape and told to nobody: it is measured from the boards as they are sent."""
+"""Cameras whose response is of random shape and told to nobody: it is measured from the boards as they are sent."""
 
 from dataclasses import replace
 from functools import lru_cache

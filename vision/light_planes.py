@@ -24,6 +24,7 @@ Table = NDArray[np.float32]
 SHARES = np.linspace(-0.5, 2.0, 1001)  # of the bar in a pixel: noise, and what is darker or brighter than its plateau
 CURVE_CODES = np.linspace(0.0, 1.0, 4097)
 LEAST_STEP = 0.02  # of the brightest channel's step: a channel with less says nothing of the share
+EXCESSES = np.geomspace(1.0, 5.0, 24)  # light of an overexposed channel over what it shows
 READ_NOISE = 0.02  # light whose shot noise equals the sensor's own
 BLUE, GREEN, RED = range(3)
 ONE_SITE = np.ones(1, np.float32)
@@ -43,12 +44,15 @@ class LightPlane:
         Of a site when light is interpolated between sites.
     clipped_light : float
         From here an edge's bright side may have lost light.
+    is_guess : bool
+        Whether the light of an overexposed channel was guessed; see `vision.edges.symmetric_plane`.
     """
 
     channel: int
     table: Table
     weight: Table
     clipped_light: float
+    is_guess: bool = False
 
     @property
     def compiled(self) -> tuple[int, Table, Table]:
@@ -70,14 +74,18 @@ class Decoder:
         self.shown = self._table(Coding("grey"))[0]
         self._clipped_light = float(self.shown[CLIPPED_CODE])
 
-    def planes(self, coding: Coding, outside: Array, inside: Array) -> Sequence[LightPlane]:
-        """Planes in which an edge can be located, the brightest channel's first.
+    def planes(
+        self, coding: Coding, outside: Array, inside: Array, brightest: Array | None = None
+    ) -> Sequence[LightPlane]:
+        """Planes in which an edge can be located, the brightest channel's first; guesses where luma holds a clipped one.
 
         Parameters
         ----------
         coding : Coding
         outside, inside : ndarray of float64, shape (channels,)
             Median code values, 0 to 255, of the picture as it is shown, on the background and on the bar.
+        brightest : ndarray of float64, shape (channels,), optional
+            Code values that only a tenth of the bar exceeds; without them `inside`.
         """
         if coding.samples in {"grey", "colour"}:
             order = np.argsort(-inside)
@@ -86,7 +94,11 @@ class Decoder:
         dark, bright = self.shown_light(outside), self.shown_light(inside)
         if coding.samples == "mosaic":
             return self._mosaic_planes(coding, dark, bright, inside)
-        return [self._luma_plane(coding, dark, bright)]
+        clipped = (inside if brightest is None else brightest) >= CLIPPED_CODE
+        if not clipped.any() or len(bright) == 1:
+            return [self._luma_plane(coding, dark, bright, clipped)]
+        guesses = [np.where(clipped, excess * bright, bright) for excess in EXCESSES]
+        return [self._luma_plane(coding, dark, guess, clipped) for guess in guesses]
 
     def whole(self, coding: Coding) -> LightPlane:
         """Plane of grey and luma as if everything were grey, or of a mosaic's sites as they are."""
@@ -99,9 +111,13 @@ class Decoder:
     def _new_table(self, coding: Coding) -> Table:
         return decoding_table(self._response, coding.bits, coding.black, coding.white)[None]
 
-    def _luma_plane(self, coding: Coding, dark: Array, bright: Array) -> LightPlane:
-        """Luma of the mixtures of background and bar, inverted; the brightest channel's light stands for the share."""
-        reference = int(np.argmax(bright - dark))
+    def _luma_plane(self, coding: Coding, dark: Array, bright: Array, clipped: NDArray[np.bool_]) -> LightPlane:
+        """Luma of the mixtures of background and bar, inverted.
+
+        The light of the brightest channel that is not clipped stands for the share. Two clipped channels leave too
+        much open: then all of the edge counts as clipped.
+        """
+        reference = int(np.argmax(np.where(clipped, -1.0, bright - dark)))
         if not bright[reference] > dark[reference]:
             return self.whole(coding)
         light = np.maximum(dark + SHARES[:, None] * (bright - dark), 0.0)
@@ -111,7 +127,8 @@ class Decoder:
         rising = np.concatenate([[True], np.diff(luma) > 1e-9])
         units = np.maximum(np.arange(1 << coding.bits) - coding.black, 0) / (coding.white - coding.black)
         table = np.interp(units, luma[rising], light[rising, reference]).astype(np.float32)
-        return LightPlane(0, table[None], ONE_SITE, self._clipped_light)
+        clipped_light = self._clipped_light if np.count_nonzero(clipped) < 2 else 0.0
+        return LightPlane(0, table[None], ONE_SITE, clipped_light, bool(clipped.any()))
 
     def _encoded(self, light: Array) -> Array:
         return np.interp(light, light_of(CURVE_CODES, self._response), CURVE_CODES)

@@ -53,7 +53,7 @@ def read_told_coding(folder: Path) -> ToldCoding:
     try:
         values: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         bits, mosaic = values.pop("bits", None), values.pop("mosaic", None)
-    except (OSError, ValueError, AttributeError) as error:
+    except (OSError, ValueError, AttributeError, TypeError) as error:
         raise CameraError(f"{path}: not a readable JSON object ({error}); correct it or remove it") from error
     if bits is not None and bits not in range(8, 17):
         raise CameraError(f"{path}: bits is {bits!r}; give a whole number from 8 to 16")

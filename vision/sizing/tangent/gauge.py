@@ -260,7 +260,7 @@ def _reasons_of_limbs(limbs: list[LimbPoints], shown: list[int]) -> Reason:
     for index in shown:
         if np.median(limbs[index].bright) < WEAK_CONTRAST * np.median(limbs[index].dark):
             reasons |= Reason.LOW_CONTRAST
-    if any(limb.clipped_share > CLIPPED_FEW_SHARE for limb in limbs):
+    if any(limb.is_guess or limb.clipped_share > CLIPPED_FEW_SHARE for limb in limbs):
         reasons |= Reason.SOME_EDGES_CLIPPED
     return reasons
 

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from vision.edges.profiles import sample_profiles
 from vision.edges.shaded import shaded_crossings
 from vision.edges.subpixel import even_profiles, fitted_edges, half_level_crossing
+from vision.edges.symmetric_plane import settled
 from vision.geometry.camera import Camera
 from vision.geometry.consensus_line import consensus_line
 from vision.geometry.measuring_plane import PLANE_HEIGHT_MM
-from vision.light_planes import Decoder
+from vision.light_planes import Decoder, LightPlane
 from vision.sent_picture import SentPicture
 from vision.sizing.limits import CLIPPED_FEW_SHARE, FIRST_BLUR_PX, LEAST_POINTS
 
@@ -27,6 +28,8 @@ STEP_PX = 0.25  # along a profile
 SEARCH_PX = 12.0  # half length of the first profiles: the grid knows the limb to a few pixels
 REFINE_PX = 9.0  # half length of the second ones, around a straight line
 INSIDE_PX = 8.0  # from the rough limb: surely on the bar
+BRIGHTEST_PERCENT = 90.0  # of the code values on the bar: what a tenth exceeds
+SETTLED_EVERY = 4  # profiles: so many fewer tell which guess of a clipped channel is right
 AGREES_PX = 1.0  # from a straight line, for a point of the first pass
 
 SEARCH = np.arange(-SEARCH_PX, SEARCH_PX + STEP_PX, STEP_PX)
@@ -59,6 +62,8 @@ class LimbPoints:
         Share of the points found that were overexposed and left out.
     tried : int
         Profiles that were sampled.
+    is_guess : bool
+        Whether a channel is overexposed in luma, and how much light it lost a guess.
     """
 
     view: int
@@ -72,6 +77,7 @@ class LimbPoints:
     uneven_share: float
     clipped_share: float
     tried: int
+    is_guess: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -163,16 +169,20 @@ class LimbFinder:
         point, normal, y_mm = self._across(line, side, span_mm, SPACING_PX)
         tried: list[LimbPoints] = []
         levels = [_shown_level(picture, point + way * INSIDE_PX * normal) for way in (-1, 1)]
-        for plane in self._decoder.planes(picture.coding, *levels):
+        brightest = _shown_level(picture, point + INSIDE_PX * normal, BRIGHTEST_PERCENT)
+        few = slice(None, None, SETTLED_EVERY)
+        for plane in settled(
+            self._decoder.planes(picture.coding, *levels, brightest),
+            lambda plane: sample_profiles(picture.measured, plane, point[few], normal[few], REFINE),
+            REFINE,
+        ):
             profile = sample_profiles(picture.measured, plane, point, normal, REFINE)
-            tried.append(self._points(profile, (point, normal, y_mm), side, plane.clipped_light))
+            tried.append(self._points(profile, (point, normal, y_mm), side, plane))
             if tried[-1].clipped_share <= CLIPPED_FEW_SHARE:
                 break
         return min(tried, key=lambda limb: limb.clipped_share)
 
-    def _points(
-        self, profile: Array, across: tuple[Array, Array, Array], side: int, clipped_light: float
-    ) -> LimbPoints:
+    def _points(self, profile: Array, across: tuple[Array, Array, Array], side: int, plane: LightPlane) -> LimbPoints:
         point, normal, y_mm = across
         shaded = shaded_crossings(profile, REFINE, FIRST_BLUR_PX)
         if shaded is None:
@@ -184,7 +194,7 @@ class LimbFinder:
         place, step, uneven_share = fitted_edges(profile, REFINE, crossings, even, blur_px)
         bright = crossings.dark + step
         found = np.isfinite(place)
-        clipped = np.maximum(bright, crossings.bright) >= clipped_light
+        clipped = np.maximum(bright, crossings.bright) >= plane.clipped_light
         kept = found & ~clipped
         share = np.count_nonzero(found & clipped) / max(1, np.count_nonzero(found))
         if np.count_nonzero(kept) < LEAST_POINTS:
@@ -201,6 +211,7 @@ class LimbFinder:
             uneven_share=uneven_share,
             clipped_share=share,
             tried=len(y_mm),
+            is_guess=plane.is_guess,
         )
 
     def _nothing(self, side: int, tried: int, clipped_share: float = 0.0) -> LimbPoints:
@@ -236,12 +247,12 @@ class LimbFinder:
         return centre + reach[:, None] * direction
 
 
-def _shown_level(picture: SentPicture, point: Array) -> Array:
-    """Median code value of each channel at some of the points of the picture as it is shown, shape (channels,)."""
+def _shown_level(picture: SentPicture, point: Array, percent: float = 50.0) -> Array:
+    """A percentile, else the median, of each channel's code values as shown at some points, shape (channels,)."""
     at = np.rint(point[::8])
     shown = picture.shown.reshape(*picture.shown.shape[:2], -1)
     x, y = at[np.all((at >= 0) & (at < picture.size), axis=1)].astype(int).T
-    return np.median(shown[y, x], axis=0) if x.size else np.zeros(shown.shape[2])
+    return np.percentile(shown[y, x], percent, axis=0) if x.size else np.zeros(shown.shape[2])
 
 
 def _at(line: Array, y_mm: Array) -> Array:

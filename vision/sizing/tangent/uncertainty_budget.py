@@ -26,6 +26,7 @@ U_SHADING = 0.25  # relative, of the shift that allows for a bar that is darker 
 GROSS_ERROR_SENSITIVITY = 1.7  # of the biweight, in standard deviations (Huber, ISBN 0-471-41805-6, 4.3)
 FOREIGN_MOST = 0.8  # share of a limb's points that is taken for foreign at most
 CLIPPED_SHIFT_PX = 0.5  # how far an overexposed edge moves outwards
+GUESS_SHIFT_PX = 0.07  # of an edge in luma with a channel clipped up to 3 times over, on the simulated mill
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +79,7 @@ def uncertainty_budget(
     """
     reach_mm = np.array([_reach_mm(fit, points, limb) for limb in range(len(limbs))])
     shift_px = np.array([_response_shift_px(one, rig.response) for one in limbs])  # one column for each doubt
-    clipped_px = np.array([CLIPPED_SHIFT_PX * one.clipped_share for one in limbs])
+    clipped_px = np.array([max(CLIPPED_SHIFT_PX * one.clipped_share, one.is_guess * GUESS_SHIFT_PX) for one in limbs])
     off_px = np.array([_off_px(fit, points, index, limb) for index, limb in enumerate(limbs)])
     return Budget(
         edge_mm=fit.u_diameter_mm,

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.edges.subpixel import Crossings, edge_blur_px, edge_shading, half_level_crossing
+from vision.edges.symmetric_plane import settled
 from vision.geometry.robust_constants import SIGMA_PER_MAD
 from vision.geometry.robust_line import robust_line
 from vision.geometry.turned_region import Region
@@ -21,6 +22,7 @@ OFFSETS_PX = np.arange(-PROFILE_PX, PROFILE_PX + PROFILE_STEP_PX, PROFILE_STEP_P
 SPARSE_ROWS, BLUR_EVERY = 4, 4  # what changes little along an edge needs few rows, and few of those
 LEAST_STEP = 0.1  # of a strong row's step of light: scale leaves a fifth of it, the line without a bar less
 LEAST_GATE_PX = 0.3  # points that near to the line are on it, however little the others scatter
+BRIGHTEST_PERCENT = 90.0  # of the code values on the bar: what a tenth exceeds
 LEAST_ROWS = 20  # with an edge: fewer are no limb
 
 
@@ -116,7 +118,10 @@ class HalfLevel:
         edges : ThinEdges
         """
         tried: list[LimbRows] = []
-        for plane in self.decoder.planes(self.region.raw.coding, self._level(line, -1), self._level(line, 1)):
+        levels = self._level(line, -1), self._level(line, 1), self._level(line, 1, BRIGHTEST_PERCENT)
+        few = edges.rows[:: SPARSE_ROWS**2]
+        planes = self.decoder.planes(self.region.raw.coding, *levels)
+        for plane in settled(planes, lambda plane: self._profiles(plane, line, few)[0], OFFSETS_PX):
             tried.append(self._in_plane(plane, line, edges))
             if tried[-1].clipped_share <= CLIPPED_FEW_SHARE:
                 break
@@ -154,12 +159,12 @@ class HalfLevel:
         middle = line[0] * rows + line[1]
         return self.region.light(rows, middle[:, None] - self.side * OFFSETS_PX, plane), middle
 
-    def _level(self, line: Array, way: int) -> Array:
-        """Median code value of each channel as it is shown, just inside the edge (1) or just outside (-1)."""
+    def _level(self, line: Array, way: int, percent: float = 50.0) -> Array:
+        """A percentile, else the median, of each channel's code values as shown just inside the edge (1) or outside."""
         rows, columns = self.region.picture.shape[:2]
         inside = np.rint(line[0] * np.arange(rows) + line[1]).astype(np.int64) - way * self.side * (PROFILE_PX - 1)
         channels = self.region.picture.reshape(rows, columns, -1)
-        return np.median(channels[np.arange(rows), np.clip(inside, 0, columns - 1)], axis=0)
+        return np.percentile(channels[np.arange(rows), np.clip(inside, 0, columns - 1)], percent, axis=0)
 
 
 def _shaded_crossings(profile: Array, at: Index, blur_px: float) -> Crossings:
