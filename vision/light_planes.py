@@ -77,7 +77,7 @@ class Decoder:
     def planes(
         self, coding: Coding, outside: Array, inside: Array, brightest: Array | None = None
     ) -> Sequence[LightPlane]:
-        """Planes in which an edge can be located, the brightest channel's first; guesses where luma holds a clipped one.
+        """Planes in which an edge can be located, the brightest first; guesses where luma holds a clipped channel.
 
         Parameters
         ----------
