@@ -66,10 +66,16 @@ class Decoder:
     Parameters
     ----------
     response : Response
+
+    Attributes
+    ----------
+    response : Response
+    shown : ndarray of float32, shape (256,)
+        Light of every code value of a picture as it is shown.
     """
 
     def __init__(self, response: Response) -> None:
-        self._response = response
+        self.response = response
         self._table = cache(self._new_table)
         self.shown = self._table(Coding("grey"))[0]
         self._clipped_light = float(self.shown[CLIPPED_CODE])
@@ -106,10 +112,10 @@ class Decoder:
 
     def shown_light(self, code: Array) -> Array:
         """Light of code values, 0 to 255, of the picture as it is shown."""
-        return light_of(code / 255, self._response)
+        return light_of(code / 255, self.response)
 
     def _new_table(self, coding: Coding) -> Table:
-        return decoding_table(self._response, coding.bits, coding.black, coding.white)[None]
+        return decoding_table(self.response, coding.bits, coding.black, coding.white)[None]
 
     def _luma_plane(self, coding: Coding, dark: Array, bright: Array, clipped: NDArray[np.bool_]) -> LightPlane:
         """Luma of the mixtures of background and bar, inverted.
@@ -131,7 +137,7 @@ class Decoder:
         return LightPlane(0, table[None], ONE_SITE, clipped_light, bool(clipped.any()))
 
     def _encoded(self, light: Array) -> Array:
-        return np.interp(light, light_of(CURVE_CODES, self._response), CURVE_CODES)
+        return np.interp(light, light_of(CURVE_CODES, self.response), CURVE_CODES)
 
     def _mosaic_planes(self, coding: Coding, dark: Array, bright: Array, inside: Array) -> list[LightPlane]:
         """The whole mosaic; then without the channels that may be overexposed."""

@@ -8,7 +8,8 @@ wrong response moves its middle and its flanks differently. So both are told apa
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from scipy import special
 from scipy.optimize import least_squares
 
 from vision.calibration.board_edges import REACH_PX, BoardEdges
+from vision.compression import code_smoothing
 from vision.light import (
     CURVE_PARAMETERS,
     UNKNOWN_RESPONSE,
@@ -148,7 +150,7 @@ def _covariance(flanks: "_Flanks", values: Array, doubt: Array) -> Array:
     return inverse + inverse @ (wishes.T @ wishes * count / (count - len(values))) @ inverse
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class _Flanks:
     """Pixels of all pictures; a group is a picture's edges of one direction.
 
@@ -166,6 +168,8 @@ class _Flanks:
     count : ndarray of int64, shape (groups, BINS)
         Pixels of each bin.
     px_per_mm : ndarray of float64, shape (groups,)
+    smoothing : float
+        Mean share of `vision.compression.code_smoothing` over the pictures, of grey: a board has no colours.
     """
 
     code: Index
@@ -176,6 +180,7 @@ class _Flanks:
     black: NDArray[np.bool_]
     count: Index
     px_per_mm: Array
+    smoothing: float
 
     @property
     def pictures(self) -> int:
@@ -209,18 +214,32 @@ class _Flanks:
             black=(distance < -PLATEAU_PX)[used],
             count=np.bincount(bins, minlength=groups * BINS).reshape(groups, BINS).astype(np.int64),
             px_per_mm=scale / np.maximum(np.bincount(group[used], minlength=groups), 1),
+            smoothing=float(
+                np.mean([code_smoothing(replace(coding, samples="grey", mosaic=None))[0] for _, coding in pictures])
+            )
+            if pictures
+            else 0.0,
         )
 
     def asymmetry(self, values: Array) -> Array:
-        """y(d) + y(-d) - 1 after the printing gain, over its noise, shape (groups, FLANK_BINS); 0 in empty bins.
+        """y(d) + y(-d) - 1 after gain and compression, times the root of its pixels, shape (groups, FLANK_BINS).
 
         y is the light of a bin between the plateaus of its edges, 0 on black and 1 on white.
         """
         y = self._profiles(ResponseCurve(*values[: len(CURVE_PARAMETERS)].tolist()))
         slope = np.gradient(y, STEP_PX, axis=1)
         steep = slope[:, HALF:] + slope[:, :HALF][:, ::-1]
-        off = y[:, HALF:] + y[:, :HALF][:, ::-1] - 1 + steep * (values[-1] * self.px_per_mm)[:, None]
+        moved_px = values[-1] * self.px_per_mm + self.compression_px
+        off = y[:, HALF:] + y[:, :HALF][:, ::-1] - 1 + steep * moved_px[:, None]
         return off[:, :FLANK_BINS] * np.sqrt(self.compared)
+
+    @cached_property
+    def compression_px(self) -> float:
+        """How far compression moves half level towards white: a share of where the middle of the codes lies."""
+        y = self._profiles(ResponseCurve(1.0))
+        mean = (y * self.count).sum(axis=0) / np.maximum(self.count.sum(axis=0), 1)
+        at_edge, steep = 0.5 * (mean[HALF] + mean[HALF - 1]), (mean[HALF] - mean[HALF - 1]) / STEP_PX
+        return self.smoothing * float((at_edge - 0.5) / steep)
 
     @property
     def compared(self) -> Index:

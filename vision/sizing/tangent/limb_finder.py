@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.compression import compression_shift_px
 from vision.edges.profiles import sample_profiles
 from vision.edges.shaded import shaded_crossings
 from vision.edges.subpixel import even_profiles, fitted_edges, half_level_crossing
@@ -17,7 +18,7 @@ from vision.geometry.camera import Camera
 from vision.geometry.consensus_line import consensus_line
 from vision.geometry.measuring_plane import PLANE_HEIGHT_MM
 from vision.light_planes import Decoder, LightPlane
-from vision.sent_picture import SentPicture
+from vision.sent_picture import Coding, SentPicture
 from vision.sizing.limits import CLIPPED_FEW_SHARE, FIRST_BLUR_PX, LEAST_POINTS
 
 Array = NDArray[np.float64]
@@ -64,6 +65,8 @@ class LimbPoints:
         Profiles that were sampled.
     is_guess : bool
         Whether a channel is overexposed in luma, and how much light it lost a guess.
+    u_compression_px : float
+        Standard uncertainty of the correction for lossy compression.
     """
 
     view: int
@@ -78,6 +81,7 @@ class LimbPoints:
     clipped_share: float
     tried: int
     is_guess: bool = False
+    u_compression_px: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -177,13 +181,15 @@ class LimbFinder:
             REFINE,
         ):
             profile = sample_profiles(picture.measured, plane, point, normal, REFINE)
-            tried.append(self._points(profile, (point, normal, y_mm), side, plane))
+            tried.append(self._points(profile, (point, normal, y_mm), side, (plane, picture.coding)))
             if tried[-1].clipped_share <= CLIPPED_FEW_SHARE:
                 break
         return min(tried, key=lambda limb: limb.clipped_share)
 
-    def _points(self, profile: Array, across: tuple[Array, Array, Array], side: int, plane: LightPlane) -> LimbPoints:
-        point, normal, y_mm = across
+    def _points(
+        self, profile: Array, across: tuple[Array, Array, Array], side: int, light: tuple[LightPlane, Coding]
+    ) -> LimbPoints:
+        (point, normal, y_mm), (plane, coding) = across, light
         shaded = shaded_crossings(profile, REFINE, FIRST_BLUR_PX)
         if shaded is None:
             return self._nothing(side, len(y_mm))
@@ -193,6 +199,10 @@ class LimbFinder:
             return self._nothing(side, len(y_mm))
         place, step, uneven_share = fitted_edges(profile, REFINE, crossings, even, blur_px)
         bright = crossings.dark + step
+        inwards_px, u_inwards_px = compression_shift_px(
+            coding, self._decoder.response, (crossings.dark, bright), blur_px
+        )
+        place = place - inwards_px
         found = np.isfinite(place)
         clipped = np.maximum(bright, crossings.bright) >= plane.clipped_light
         kept = found & ~clipped
@@ -212,6 +222,7 @@ class LimbFinder:
             clipped_share=share,
             tried=len(y_mm),
             is_guess=plane.is_guess,
+            u_compression_px=u_inwards_px,
         )
 
     def _nothing(self, side: int, tried: int, clipped_share: float = 0.0) -> LimbPoints:

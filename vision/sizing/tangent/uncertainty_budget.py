@@ -79,6 +79,7 @@ def uncertainty_budget(
     """
     reach_mm = np.array([_reach_mm(fit, points, limb) for limb in range(len(limbs))])
     shift_px = np.array([_response_shift_px(one, rig.response) for one in limbs])  # one column for each doubt
+    compression_px = np.array([one.u_compression_px for one in limbs])
     clipped_px = np.array([max(CLIPPED_SHIFT_PX * one.clipped_share, one.is_guess * GUESS_SHIFT_PX) for one in limbs])
     off_px = np.array([_off_px(fit, points, index, limb) for index, limb in enumerate(limbs)])
     return Budget(
@@ -86,7 +87,7 @@ def uncertainty_budget(
         calibration_mm=_calibration_mm(fit, points, rig, moved_px),
         board_mm=fit.diameter_mm * rig.square_relative_u,
         # response and overexposure move all limbs the same way, a limb's own fault only that limb
-        light_mm=float(np.linalg.norm([*(reach_mm @ shift_px), reach_mm @ clipped_px])),
+        light_mm=float(np.linalg.norm([*(reach_mm @ shift_px), reach_mm @ clipped_px, reach_mm @ compression_px])),
         shape_mm=ovality_mm / (2 * math.sqrt(3)),
         model_mm=float(np.hypot(np.linalg.norm(reach_mm * off_px), _off_rollers_mm(fit, rig))),
     )

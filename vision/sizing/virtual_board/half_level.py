@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.compression import compression_shift_px
 from vision.edges.subpixel import Crossings, edge_blur_px, edge_shading, half_level_crossing
 from vision.edges.symmetric_plane import settled
 from vision.geometry.robust_constants import SIGMA_PER_MAD
@@ -139,6 +140,10 @@ class HalfLevel:
         at = np.flatnonzero(np.isfinite(edges.near(better)))
         profile, middle = self._profiles(plane, better, at)
         crossings = _shaded_crossings(profile, at, blur_px)
+        inwards_px, _ = compression_shift_px(
+            self.region.raw.coding, self.decoder.response, (crossings.dark, crossings.bright), blur_px
+        )
+        middle += self.side * inwards_px
         return self._limb(crossings, at, middle, edges, plane.clipped_light)
 
     def _limb(self, crossings: Crossings, at: Index, middle: Array, edges: ThinEdges, clipped_light: float) -> LimbRows:
