@@ -1,4 +1,4 @@
-"""Commands that serve the PLC or look at a gauge and its computer."""
+"""Commands that measure and serve the PLC: run, replay."""
 
 import argparse
 import asyncio
@@ -7,11 +7,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from appliance.cli.common import add_config
-from appliance.command_options import CommandError
 from appliance.service import systemd as service
 from appliance.supervisor import settings as settings_file
 from appliance.supervisor.settings import Settings, state_folder
-from appliance.supervisor.start_gate import StartRefusedError
 from appliance.supervisor.supervisor import Supervisor
 from plc.registers import REGISTERS
 
@@ -38,17 +36,14 @@ def run_replay(given: argparse.Namespace) -> None:
 def _serve(load: Callable[[], Settings]) -> None:
     settings = load()
     service.start_log()
-    try:
-        asyncio.run(_supervise(settings, load))
-    except StartRefusedError as error:
-        raise CommandError(str(error)) from error
+    asyncio.run(_supervise(settings, load))
 
 
 async def _supervise(settings: Settings, load: Callable[[], Settings]) -> None:
     supervisor = Supervisor(settings)
     manager = service.ServiceManager()
     loop = asyncio.get_running_loop()
-    reloads: set[asyncio.Task[None]] = set()  # the loop itself holds tasks only weakly
+    reloads: set[asyncio.Task[None]] = set()  # keeps the tasks: the loop holds only weak references
 
     def stop() -> None:
         manager.stopping()
@@ -66,9 +61,9 @@ async def _supervise(settings: Settings, load: Callable[[], Settings]) -> None:
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, stop)
     managed = service.is_managed()
-    if managed:  # on a terminal it means that the terminal is closed
+    if managed:  # without a service manager SIGHUP means that the terminal was closed
         loop.add_signal_handler(signal.SIGHUP, reload)
-    # a service has nobody who looks at a refusal: it serves the fault instead
+    # a service serves the fault to the PLC instead of refusing to start, since nobody reads its terminal
     await supervisor.run(serving, manager.proof, refuses=not managed)
 
 

@@ -30,7 +30,7 @@ def sample_profiles(
     normal : ndarray of float64, shape (n, 2)
         Unit vectors along which they run, (x, y).
     offsets_px : ndarray of float64, shape (m,)
-        Places on each profile.
+        Offsets of the samples from the middle of each profile.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""One limb of the bar in one view: sub-pixel edge points along it, on raw pixels.
+"""One limb (edge of the bar) in one view: sub-pixel edge points along it, on raw pixels.
 
 A limb is a straight line in the undistorted view, and so on any plane; it is kept as x(y) on the grid's plane.
 Profiles run across it from the dark side to the bar.
@@ -23,18 +23,18 @@ from vision.sizing.limits import CLIPPED_FEW_SHARE, FIRST_BLUR_PX, LEAST_POINTS
 
 Array = NDArray[np.float64]
 
-ROUGH_SPACING_PX = 4.0
-SPACING_PX = 1.0  # along the limb: each point then has its own pixels
-STEP_PX = 0.25  # along a profile
-SEARCH_PX = 12.0  # half length of the first profiles: the grid knows the limb to a few pixels
-REFINE_PX = 9.0  # half length of the second ones, around a straight line
-INSIDE_PX = 8.0  # from the rough limb: surely on the bar
-BRIGHTEST_PERCENT = 90.0  # of the code values on the bar: what a tenth exceeds
-SETTLED_EVERY = 4  # profiles: so many fewer tell which guess of a clipped channel is right
-AGREES_PX = 1.0  # from a straight line, for a point of the first pass
+ROUGH_SPACING_PX = 4.0  # chosen: distance of the first pass's profiles along the limb
+SPACING_PX = 1.0  # distance of the second pass's profiles along the limb: each has its own pixels
+PROFILE_STEP_PX = 0.25  # chosen: distance of the samples along a profile
+SEARCH_HALF_LENGTH_PX = 12.0  # chosen: half length of the first profiles; the grid gives the limb to a few pixels
+REFINE_HALF_LENGTH_PX = 9.0  # chosen: half length of the second profiles, around a straight line
+INSIDE_PX = 8.0  # chosen: this far inwards of the rough limb a pixel surely lies on the bar
+BRIGHTEST_PERCENT = 90.0  # chosen: a channel clips if a tenth of the bar's pixels do
+SETTLED_STEP = 4  # chosen: every fourth profile tells which guess of a clipped channel is right
+AGREEMENT_PX = 1.0  # chosen: a point of the first pass supports the limb's line within one pixel
 
-SEARCH = np.arange(-SEARCH_PX, SEARCH_PX + STEP_PX, STEP_PX)
-REFINE = np.arange(-REFINE_PX, REFINE_PX + STEP_PX, STEP_PX)
+SEARCH_OFFSETS_PX = np.arange(-SEARCH_HALF_LENGTH_PX, SEARCH_HALF_LENGTH_PX + PROFILE_STEP_PX, PROFILE_STEP_PX)
+REFINE_OFFSETS_PX = np.arange(-REFINE_HALF_LENGTH_PX, REFINE_HALF_LENGTH_PX + PROFILE_STEP_PX, PROFILE_STEP_PX)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -134,13 +134,13 @@ class LimbFinder:
         Returns
         -------
         RoughLimb
-            Nothing seen where there are too few points.
+            `seen` is 0, and the line the given one, where there are fewer than `LEAST_POINTS`.
         """
         point, normal, y_mm = self._across(line, side, self._region_y_mm, ROUGH_SPACING_PX)
         levels = [_shown_level(picture, point + way * INSIDE_PX * normal) for way in (-1, 1)]
         plane = self._decoder.planes(picture.coding, *levels)[0]
-        profile = sample_profiles(picture.measured, plane, point, normal, SEARCH)
-        place = half_level_crossing(profile, SEARCH, FIRST_BLUR_PX).place_px
+        profile = sample_profiles(picture.measured, plane, point, normal, SEARCH_OFFSETS_PX)
+        place = half_level_crossing(profile, SEARCH_OFFSETS_PX, FIRST_BLUR_PX).place_px
         found = np.isfinite(place)
         if np.count_nonzero(found) < LEAST_POINTS:
             return RoughLimb(line, 0.0)
@@ -148,7 +148,7 @@ class LimbFinder:
         pixel_mm = (
             float(np.linalg.norm(self._camera.centre_mm - [line[1], 0.0, PLANE_HEIGHT_MM])) / self._camera.K[0, 0]
         )
-        fitted, agrees = consensus_line(on_line_mm, x_mm, AGREES_PX * pixel_mm)
+        fitted, agrees = consensus_line(on_line_mm, x_mm, AGREEMENT_PX * pixel_mm)
         return RoughLimb(fitted, np.count_nonzero(agrees) / len(y_mm))
 
     def finely(self, picture: SentPicture, line: Array, side: int, span_mm: tuple[float, float]) -> LimbPoints:
@@ -174,13 +174,13 @@ class LimbFinder:
         tried: list[LimbPoints] = []
         levels = [_shown_level(picture, point + way * INSIDE_PX * normal) for way in (-1, 1)]
         brightest = _shown_level(picture, point + INSIDE_PX * normal, BRIGHTEST_PERCENT)
-        few = slice(None, None, SETTLED_EVERY)
+        few = slice(None, None, SETTLED_STEP)
         for plane in settled(
             self._decoder.planes(picture.coding, *levels, brightest),
-            lambda plane: sample_profiles(picture.measured, plane, point[few], normal[few], REFINE),
-            REFINE,
+            lambda plane: sample_profiles(picture.measured, plane, point[few], normal[few], REFINE_OFFSETS_PX),
+            REFINE_OFFSETS_PX,
         ):
-            profile = sample_profiles(picture.measured, plane, point, normal, REFINE)
+            profile = sample_profiles(picture.measured, plane, point, normal, REFINE_OFFSETS_PX)
             tried.append(self._points(profile, (point, normal, y_mm), side, (plane, picture.coding)))
             if tried[-1].clipped_share <= CLIPPED_FEW_SHARE:
                 break
@@ -190,14 +190,14 @@ class LimbFinder:
         self, profile: Array, across: tuple[Array, Array, Array], side: int, light: tuple[LightPlane, Coding]
     ) -> LimbPoints:
         (point, normal, y_mm), (plane, coding) = across, light
-        shaded = shaded_crossings(profile, REFINE, FIRST_BLUR_PX)
+        shaded = shaded_crossings(profile, REFINE_OFFSETS_PX, FIRST_BLUR_PX)
         if shaded is None:
             return self._nothing(side, len(y_mm))
         crossings, blur_px = shaded.crossings, shaded.blur_px
-        even = even_profiles(profile, REFINE, crossings, blur_px)
+        even = even_profiles(profile, REFINE_OFFSETS_PX, crossings, blur_px)
         if not even.size:
             return self._nothing(side, len(y_mm))
-        place, step, uneven_share = fitted_edges(profile, REFINE, crossings, even, blur_px)
+        place, step, uneven_share = fitted_edges(profile, REFINE_OFFSETS_PX, crossings, even, blur_px)
         bright = crossings.dark + step
         inwards_px, u_inwards_px = compression_shift_px(
             coding, self._decoder.response, (crossings.dark, bright), blur_px

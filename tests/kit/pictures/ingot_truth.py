@@ -1,0 +1,142 @@
+"""Reads a sequence of the ingot line, recorded or simulated, and counts what was found against the truth beside it."""
+
+import csv
+import json
+from typing import NamedTuple
+
+import cv2
+
+from appliance.cameras.recording.picture_file import read_picture
+from appliance.ingot.reader_setup import decision_rule, load_view, make_reader
+from appliance.ingot.settings import IngotSettings
+from appliance.simulation.ingots.conditions import ingot_sequence
+from vision.ingot.classifiers.ssim import dual, single
+from vision.ingot.end_finder import Box
+from vision.ingot.orientation_reader import IngotView, References
+from vision.ingot.sequential_decision import IngotFollower
+
+SETTINGS = IngotSettings()
+SAME_WITHIN = 5  # frames without an ingot in the truth that do not part two
+EARLY = 8  # frames before its own truth in which an ingot may be seen, behind one that is leaving
+CLASSIFIERS = ("single", "dual", "wrinkles")
+
+
+class Sight(NamedTuple):
+    """What is true of a frame."""
+
+    present: bool
+    label: str
+    x: float
+    y: float
+    radius: float
+    state: str
+
+
+class Scene(NamedTuple):
+    """A sequence: what is known of the camera, and frames as (picture, sight)."""
+
+    view: IngotView
+    frames: object
+
+
+class Followed(NamedTuple):
+    """An ingot of the truth, and what was decided of it; frames until the decision are counted on the line."""
+
+    label: str
+    decision: str
+    frames_until: int | None
+
+
+def recorded(folder, sequence):
+    def frames():
+        with (folder / sequence / "truth.csv").open(encoding="utf-8") as file:
+            for row in csv.DictReader(file):
+                picture = read_picture(folder / sequence / f"{int(row['frame']):06d}.jpg").shown
+                numbers = (float(row[name] or "nan") for name in ("x", "y", "r"))
+                yield picture, Sight(row["present"] == "1", row["label"], *numbers, row["state"])
+
+    return Scene(load_view(folder), frames())
+
+
+def simulated(seed, condition, ingots):
+    sequence = ingot_sequence(seed, condition, ingots)
+    regions = Box(*sequence.roi_crop), Box(*sequence.roi_centroid)
+    frames = (
+        (picture, Sight(bool(told.present), told.label or "", told.x or 0, told.y or 0, told.r or 0, told.state))
+        for picture, told in sequence.frames
+    )
+    return Scene(IngotView(References(sequence.references["top"], sequence.references["bottom"]), *regions), frames)
+
+
+def write_references(folder, view):
+    """References and regions as files, for commands."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, picture in (("top", view.references.top), ("bottom", view.references.bottom)):
+        cv2.imwrite(str(folder / f"{name}.png"), picture)
+    regions = {"roi_crop": list(view.crop), "roi_centroid": list(view.centroid)}
+    (folder / "roi.json").write_text(json.dumps(regions), encoding="utf-8")
+
+
+def follow(scene, settings=SETTINGS):
+    """Counts of frames and ingots of one scene."""
+    reader, follower = None, IngotFollower(decision_rule(settings.decision))
+    sights, readings, decisions = [], [], []
+    for frame, (picture, sight) in enumerate(scene.frames):
+        reader = reader or make_reader(settings, scene.view, picture)
+        reading = reader.read(picture)
+        sights.append(sight)
+        readings.append(reading)
+        decisions += follower.add(frame, reading)
+    decisions += follower.end()
+    ingots, strangers = _matched(sights, decisions)
+    return {
+        **_frames(sights, readings),
+        "ingots": [list(ingot) for ingot in ingots],
+        "strangers": [[one.orientation, one.first_frame] for one in strangers],
+    }
+
+
+def _frames(sights, readings):
+    pairs = list(zip(sights, readings, strict=True))
+    placed = [(sight, reading) for sight, reading in pairs if sight.present and sight.state == "placed"]
+    found = [(sight, reading) for sight, reading in placed if reading.present]
+    elsewhere = [
+        sight.state
+        for sight, reading in pairs
+        if reading.present and not sight.present and sight.state not in {"placed", "leaving"}
+    ]
+    verdicts = {name: {} for name in CLASSIFIERS}
+    for sight, reading in found:
+        said = {
+            "single": single(reading.ssim_top),
+            "dual": dual(reading.ssim_top, reading.ssim_bottom),
+            "wrinkles": reading.orientation,
+        }
+        for name, verdict in said.items():
+            key = f"{sight.label} as {verdict}"
+            verdicts[name][key] = verdicts[name].get(key, 0) + 1
+    return {"placed": len(placed), "found": len(found), "found_elsewhere": len(elsewhere), "verdicts": verdicts}
+
+
+def _matched(sights, decisions):
+    """Ingots of the truth with the decision that fell while they were on the line, and decisions without an ingot."""
+    spans = []
+    for frame, sight in enumerate(sights):
+        if not (sight.present and sight.state in {"placed", "leaving"}):
+            continue
+        new = not spans or sight.label != spans[-1][0] or frame > spans[-1][2] + SAME_WITHIN
+        if new and sight.state == "placed":
+            spans.append([sight.label, frame, frame])
+        elif spans:
+            spans[-1][2] = frame
+    left = list(decisions)
+    ingots = []
+    for label, first, last in spans:
+        mine = [one for one in left if first - EARLY <= one.first_frame <= last]
+        left = [one for one in left if one not in mine]
+        told = [one for one in mine if one.orientation != "undecided"] or mine
+        orientation = told[0].orientation if told else "undecided"
+        decided = told[0].decided_frame if told else None
+        ingots.append(Followed(label, orientation, None if decided is None else decided - first + 1))
+        left += told[1:]
+    return ingots, left
