@@ -75,7 +75,7 @@ class Decoder:
     """
 
     def __init__(self, response: Response) -> None:
-        self.response = response
+        self.response: Response = response
         self._table = cache(self._new_table)
         self.shown = self._table(Coding("grey"))[0]
         self._clipped_light = float(self.shown[CLIPPED_CODE])

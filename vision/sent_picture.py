@@ -16,7 +16,7 @@ Samples = Literal["grey", "colour", "luma", "mosaic"]
 Compression = Literal["none", "jpeg", "video"]
 Mosaic = Literal["RGGB", "GRBG", "GBRG", "BGGR"]
 
-Codes = NDArray[np.uint8] | NDArray[np.uint16]
+Codes = NDArray[np.uint8 | np.uint16]
 Shown = NDArray[np.uint8]
 
 MOSAICS: tuple[Mosaic, ...] = ("RGGB", "GRBG", "GBRG", "BGGR")

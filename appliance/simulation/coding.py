@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-Picture = NDArray[np.uint8] | NDArray[np.uint16]
+Picture = NDArray[np.uint8 | np.uint16]
 Subsampling = Literal["4:4:4", "4:2:0"]
 Mosaic = Literal["RGGB", "GRBG", "GBRG", "BGGR"]
 

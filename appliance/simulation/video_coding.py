@@ -47,7 +47,8 @@ class Video:
         """Matroska file of blue-green-red pictures with an even number of rows and of columns."""
         file = io.BytesIO()
         with av.open(file, "w", format="matroska") as container:
-            stream = container.add_stream("libx264", rate=RATE_HZ, options={"crf": str(self.crf), "preset": "medium"})
+            options = {"crf": str(self.crf), "preset": "medium"}
+            stream = container.add_stream("libx264", rate=RATE_HZ, options=options)  # pyright: ignore[reportUnknownMemberType]  av's stub
             stream.height, stream.width = pictures[0].shape[:2]
             stream.pix_fmt = self._pixel_format
             stream.codec_context.color_range = 2 if self.full_range else 1
@@ -56,8 +57,8 @@ class Video:
             for number, picture in enumerate(pictures):
                 frame = self._frame(picture)
                 frame.pts = number
-                container.mux(stream.encode(frame))
-            container.mux(stream.encode(None))
+                container.mux(stream.encode(frame))  # pyright: ignore[reportUnknownMemberType]
+            container.mux(stream.encode(None))  # pyright: ignore[reportUnknownMemberType]
         return file.getvalue()
 
     @property

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from vision.calibration.checkerboard import Board
 from vision.geometry.camera import Camera
-from vision.sent_picture import SentPicture
+from vision.sent_picture import Codes, SentPicture
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -75,20 +75,20 @@ def board_edges(picture: SentPicture, camera: Camera, corners_px: Array, board: 
         _of_one_direction(across, along, counts, size)
         for across, along, size in ((*on_board, (columns, rows)), (*on_board[::-1], (rows, columns)))
     )
-    joined = [np.concatenate(pair) for pair in zip(upright, lying, strict=True)]
-    at, away_px = joined[0], joined[1]
+    away_px, px_per_square = (np.concatenate([upright[k], lying[k]]).astype(np.float64) for k in (1, 3))
+    at, segment = (np.concatenate([upright[k], lying[k]]).astype(np.int64) for k in (0, 2))
     code = code.ravel()[at]
-    white_side = np.sign((code - code.mean()) @ away_px) if len(code) else 1.0
+    white_side = float(np.sign((code - code.mean()) @ away_px)) if len(code) else 1.0
     return BoardEdges(
         code=code,
         distance_px=white_side * away_px,
-        segment=joined[2] + np.repeat([0, columns * rows], [len(upright[0]), len(lying[0])]),
+        segment=segment + np.repeat([0, columns * rows], [len(upright[0]), len(lying[0])]),
         upright=np.repeat([True, False], [len(upright[0]), len(lying[0])]),
-        px_per_mm=joined[3] / board.square_mm,
+        px_per_mm=px_per_square / board.square_mm,
     )
 
 
-def _one_channel(picture: SentPicture) -> NDArray[np.uint8] | NDArray[np.uint16]:
+def _one_channel(picture: SentPicture) -> Codes:
     """Grey, luma, the mosaic, or green."""
     return picture.measured[:, :, picture.measured.shape[2] // 2]
 
@@ -118,7 +118,8 @@ def _of_one_direction(
 
     Distances are positive towards the squares of one colour.
     """
-    squares_per_px = np.hypot(*np.gradient(across))
+    down, right = np.gradient(across)
+    squares_per_px = np.hypot(down, right)
     line, cell = np.clip(np.rint(across), 0, corners[0] - 1), np.floor(along)
     away_px = (across - line) / squares_per_px
     inside = (cell >= 0) & (cell < corners[1] - 1) & (np.abs(along - cell - 0.5) < 0.5 - END_OF_SQUARE)

@@ -67,7 +67,7 @@ class MeasuredResponse:
     ----------
     curve : ResponseCurve
     gain_mm : float
-        How far white squares reach over the corners' lines: negative where the printer's black runs.
+        How far black squares reach over the corners' lines: positive where the printer's black runs.
     u_gain_mm : float
         Standard uncertainty.
     pictures : int
@@ -194,17 +194,17 @@ class _Flanks:
         start = dict(zip(codings, np.cumsum([0, *map(len, units)])[:-1].tolist(), strict=True))
         unit = np.maximum(np.concatenate([*units, np.zeros(1)]), 0.0)
         edges = [one for one, _ in pictures]
-        code = _joined([one.code + start[coding] for one, coding in pictures])
+        code = _joined([one.code + start[coding] for one, coding in pictures]).astype(np.int64)
         distance = _joined([one.distance_px for one in edges]).astype(np.float64)
         number = np.repeat(np.arange(len(edges)), [len(one.code) for one in edges])
-        named = number * 100_000 + _joined([one.segment for one in edges])
+        named = number * 100_000 + _joined([one.segment for one in edges]).astype(np.int64)
         segment = np.unique(named, return_inverse=True)[1]
         group = DIRECTIONS * number + _joined([one.upright for one in edges]).astype(np.int64)
         used = _usable(unit[code], distance, segment)[segment]
         groups = DIRECTIONS * len(edges)
         place = np.clip(np.floor((distance + REACH_PX) / STEP_PX).astype(np.int64), 0, BINS - 1)
         bins = (group * BINS + place)[used]
-        scale = np.bincount(group[used], _joined([one.px_per_mm for one in edges])[used], groups)
+        scale = np.bincount(group[used], _joined([one.px_per_mm for one in edges]).astype(np.float64)[used], groups)
         return cls(
             code=code[used],
             unit=unit,

@@ -131,7 +131,7 @@ def _lossless(image: Codes, bits: int | None, mosaic: Mosaic | None) -> SentPict
     stored = 8 * image.dtype.itemsize
     bits = stored if bits is None or stored == 8 else bits
     if image.max() >= 1 << bits:  # stored at the top of the 16 bits, as the PNG standard wants it
-        image = image >> (stored - bits)
+        image = np.asarray(np.right_shift(image, stored - bits), np.uint16)
     if mosaic is not None and image.ndim == 2:
         return sent_picture(image, Coding("mosaic", bits, mosaic=mosaic))
     return sent_picture(image, Coding("grey" if image.ndim == 2 else "colour", bits))

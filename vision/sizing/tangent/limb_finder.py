@@ -137,8 +137,8 @@ class LimbFinder:
             `seen` is 0, and the line the given one, where there are fewer than `LEAST_POINTS`.
         """
         point, normal, y_mm = self._across(line, side, self._region_y_mm, ROUGH_SPACING_PX)
-        levels = [_shown_level(picture, point + way * INSIDE_PX * normal) for way in (-1, 1)]
-        plane = self._decoder.planes(picture.coding, *levels)[0]
+        outside, inside = (_shown_level(picture, point + way * INSIDE_PX * normal) for way in (-1, 1))
+        plane = self._decoder.planes(picture.coding, outside, inside)[0]
         profile = sample_profiles(picture.measured, plane, point, normal, SEARCH_OFFSETS_PX)
         place = half_level_crossing(profile, SEARCH_OFFSETS_PX, FIRST_BLUR_PX).place_px
         found = np.isfinite(place)
@@ -172,11 +172,11 @@ class LimbFinder:
         """
         point, normal, y_mm = self._across(line, side, span_mm, SPACING_PX)
         tried: list[LimbPoints] = []
-        levels = [_shown_level(picture, point + way * INSIDE_PX * normal) for way in (-1, 1)]
+        outside, inside = (_shown_level(picture, point + way * INSIDE_PX * normal) for way in (-1, 1))
         brightest = _shown_level(picture, point + INSIDE_PX * normal, BRIGHTEST_PERCENT)
         few = slice(None, None, SETTLED_STEP)
         for plane in settled(
-            self._decoder.planes(picture.coding, *levels, brightest),
+            self._decoder.planes(picture.coding, outside, inside, brightest),
             lambda plane: sample_profiles(picture.measured, plane, point[few], normal[few], REFINE_OFFSETS_PX),
             REFINE_OFFSETS_PX,
         ):
