@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from appliance.errors import HotgaugeError
+from vision.sent_picture import SentPicture
 
 
 class CameraError(HotgaugeError):
@@ -51,6 +52,8 @@ class FramePair:
         Whether a recording delivers the same stored pictures as in the pair before; False for cameras.
     truth : dict or None
         True values of a simulated scene (`diameter_mm`, ...); never read by a gauge.
+    sent : tuple of two SentPicture, or None
+        Both pictures with their coding, where that is more than `left` and `right` tell.
     """
 
     left: NDArray[np.uint8]
@@ -65,6 +68,12 @@ class FramePair:
     temperature_c: float = float("nan")
     repeated: bool = False
     truth: dict[str, object] | None = field(default=None, compare=False)
+    sent: tuple[SentPicture, SentPicture] | None = field(default=None, compare=False)
+
+    @property
+    def pictures(self) -> tuple[SentPicture, SentPicture]:
+        """Both pictures as a gauge measures them."""
+        return self.sent or (SentPicture.of(self.left), SentPicture.of(self.right))
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +114,11 @@ class Frame:
     temperature_c: float = float("nan")
     repeated: bool = False
     truth: dict[str, object] | None = field(default=None, compare=False)
+
+    @property
+    def pictures(self) -> tuple[NDArray[np.uint8]]:
+        """The picture as a gauge of a single camera measures it."""
+        return (self.picture,)
 
 
 class PairSource(Protocol):
