@@ -44,7 +44,7 @@ def load(path: Path | None, root: type[RootT]) -> RootT:
     if path is None:
         return root()
     try:
-        values = tomllib.loads(path.read_text(encoding="utf-8"))
+        values = tomllib.loads(path.read_text(encoding="utf-8-sig"))
         return root.model_validate(values, context={"folder": path.parent})
     except OSError as error:
         raise SettingsError(f"{path}: {error.strerror}; give an existing TOML file") from error
