@@ -3,8 +3,7 @@
 import re
 
 HIDDEN = "***"
-_USER = re.compile(r"://[^\s]*@")  # up to the last @, because passwords hold some
-_QUERY = re.compile(r"(://[^\s?\"']*)\?[^\s\"']*")
+_ADDRESS = re.compile(r"://([^\s\"']*)")
 
 
 def mask(text: str) -> str:
@@ -15,4 +14,13 @@ def mask(text: str) -> str:
     >>> mask("http://10.0.0.11/video?pwd=secret")
     'http://10.0.0.11/video?***'
     """
-    return _QUERY.sub(rf"\1?{HIDDEN}", _USER.sub(f"://{HIDDEN}@", text))
+    return _ADDRESS.sub(_hidden, text)
+
+
+def _hidden(address: re.Match[str]) -> str:
+    before, at, place = address[1].rpartition("@")
+    if "?" in before:  # a query with an @, or a password with a question mark
+        return f"://{HIDDEN}"
+    place, question_mark, _ = place.partition("?")
+    user = HIDDEN + at if at else ""
+    return f"://{user}{place}{question_mark}{HIDDEN if question_mark else ''}"
