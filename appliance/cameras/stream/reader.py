@@ -14,10 +14,10 @@ from av.container import InputContainer
 from av.error import ExitError, FFmpegError
 
 from appliance.cameras.pairing import Exposure
+from appliance.cameras.picture_clock import Arrival, CameraClock, PresentationClock, RhythmClock, StreamClock
 from appliance.cameras.recording.video_file import picture_of_frame
 from appliance.cameras.source import CameraError
 from appliance.cameras.stream.address import with_credentials
-from appliance.cameras.stream.clock import Arrival, CameraClock, PresentationClock, RhythmClock, StreamClock
 from appliance.cameras.stream.damage import Message, VideoPacket, WholePictures, catch_messages
 
 OPEN_TIME_S = 8.0

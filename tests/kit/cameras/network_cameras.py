@@ -88,9 +88,9 @@ def line_to(port):
 
 
 @contextlib.contextmanager
-def silent_camera():
+def silent_camera(port=0):
     """Port that accepts connections and never answers."""
-    with socket.create_server(("127.0.0.1", 0)) as listener:
+    with socket.create_server(("127.0.0.1", port)) as listener:
         held = []
 
         def accept():

@@ -1,7 +1,7 @@
-"""When a picture of a stream was exposed, on this machine's monotonic clock. Pure: moments are given, none is read.
+"""When a picture was exposed, on this machine's monotonic clock. Pure: moments are given, none is read.
 
-What waited in a queue (of the camera, the network or this machine) is older than its arrival tells. A stream that
-states presentation times shows it: their distance from the arrival is smallest for a picture that did not wait. One
+What waited in a queue (of the camera, the network or this machine) is older than its arrival tells. A camera that
+stamps its pictures shows it: their distance from the arrival is smallest for a picture that did not wait. One
 without them (JPEG over HTTP) shows it only by the rhythm of its arrivals: what comes out of rhythm is not measured.
 """
 

@@ -2,8 +2,8 @@
 
 import pytest
 
+from appliance.cameras.picture_clock import SETTLE_S, Arrival, CameraClock, PresentationClock, RhythmClock
 from appliance.cameras.source import CameraError
-from appliance.cameras.stream.clock import SETTLE_S, Arrival, CameraClock, PresentationClock, RhythmClock
 
 PERIOD_S = 0.04
 SETTLED = round(SETTLE_S / PERIOD_S) + 2
