@@ -117,6 +117,11 @@ class Frame:
     repeated: bool = False
     truth: dict[str, object] | None = field(default=None, compare=False)
 
+    @property
+    def pictures(self) -> tuple[NDArray[np.uint8]]:
+        """The picture as a gauge of a single camera measures it."""
+        return (self.picture,)
+
 
 class PairSource(Protocol):
     """A source of image pairs. Use it as a context manager: entering opens it, leaving closes it."""

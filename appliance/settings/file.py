@@ -72,8 +72,10 @@ def _sentence(detail: ErrorDetails, root: type[BaseModel]) -> str:
         key, given = f"{key}.{context['discriminator'].strip(chr(39))}", context.get("tag")
     here = [row for row in rows if row.key == key and not _elsewhere(row, kinds)]
     allowed = " or ".join(dict.fromkeys(row.allowed for row in here)) or "a [section]"
+    if detail["type"] == "value_error":
+        return f"{key} = {as_toml(given)} cannot be: {detail.get('ctx', {}).get('error')}; give {allowed}"
     missing = detail["type"] in {"missing", "union_tag_not_found"}
-    return f"{key}: missing; give {allowed}" if missing else f"{key} = {as_toml(given)} cannot be; give {allowed}"
+    return f"{key}: missing; give {allowed}" if missing else f"{key} = {as_toml(given)} is not allowed; give {allowed}"
 
 
 def _place(location: tuple[int | str, ...], rows: tuple[SettingRow, ...]) -> tuple[str, tuple[Kind, ...]]:

@@ -7,7 +7,7 @@ from appliance.ingot.message import MESSAGES, IngotMessage
 from appliance.ingot.published import IngotPublication
 from appliance.ingot.settings import IngotSettings
 from appliance.supervisor.start_gate import StartGate
-from appliance.supervisor.station_client import StationClient
+from appliance.supervisor.station_client import StationClient, refuse_impossible
 from plc.rows import Value
 from vision.reasons import IngotReason
 
@@ -63,6 +63,7 @@ class IngotClient(StationClient[IngotMessage]):
         return self.publication.values()
 
     def _add(self, message: IngotMessage) -> None:
+        refuse_impossible(message.exposed_monotonic_s)
         self.publication.add(message)
         self._faults.report_station(INGOT, message.faults)
 

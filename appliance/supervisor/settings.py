@@ -17,7 +17,7 @@ from appliance.sizing.stereo.settings import SizingSettings
 class PlcSettings(Section):
     """The Modbus TCP server."""
 
-    host: str = Field(default="127.0.0.1", description="Address to bind to; loopback unless told otherwise")
+    host: str = Field(default="127.0.0.1", description="Address to bind to; by default this computer only")
     port: int = Field(default=5020, ge=1, le=65535, description="TCP port of the Modbus server")
     writes: Literal["none", "tls", "all"] = Field(
         default="none",

@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from appliance.conformity.plc_inputs import PlcInputs
 from appliance.diagnostics.alarms import Alarms
 from appliance.diagnostics.faults import Faults
-from appliance.settings.file import SettingsError
+from appliance.errors import HotgaugeError
 from appliance.supervisor.clock_watch import WallClock
 from appliance.supervisor.ingot_client import INGOT, IngotClient, is_on
 from appliance.supervisor.self_check import SelfCheck
@@ -59,6 +59,7 @@ class Supervisor:
         self._started_s = time.monotonic()
         self._news = asyncio.Event()
         self._serving = asyncio.Event()
+        self._one_reload = asyncio.Lock()
         self._stopping = False
         self._gate = StartGate({SIZING, INGOT} if is_on(settings.ingot) else {SIZING})
         self._sizing = SizingClient(
@@ -130,10 +131,14 @@ class Supervisor:
         load : callable
             Returns the settings. If it raises `SettingsError`, the settings in force stay and a fault is reported.
         """
+        async with self._one_reload:  # of two, the later one wins
+            await self._reload(load)
+
+    async def _reload(self, load: Callable[[], Settings]) -> None:
         try:
             settings = await asyncio.to_thread(load)
-        except SettingsError as error:
-            self._faults.report("settings_unusable", active=True, detail=str(error))
+        except (HotgaugeError, OSError, ValueError, RecursionError) as error:
+            self._faults.report("settings_unusable", active=True, detail=str(error) or type(error).__name__)
             return
         self._faults.report("settings_unusable", active=False)
         logger.info("settings are loaded again")

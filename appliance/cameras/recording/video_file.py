@@ -119,7 +119,7 @@ def _luma(frame: av.VideoFrame, bits: int) -> Codes:
     """First plane, without the padding of its lines."""
     plane = frame.planes[0]
     kind = np.dtype(np.uint8) if bits == 8 else np.dtype("<u2")
-    lines: NDArray[Any] = np.frombuffer(bytes(plane), kind).reshape(plane.height, plane.line_size // kind.itemsize)
+    lines: Codes = np.frombuffer(bytes(plane), kind).reshape(plane.height, plane.line_size // kind.itemsize)
     return np.ascontiguousarray(lines[:, : frame.width])
 
 
