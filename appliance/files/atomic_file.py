@@ -11,16 +11,22 @@ READABLE_BY_ALL = 0o644
 
 
 @contextlib.contextmanager
-def whole_file(path: Path) -> Generator[TextIO]:
-    """Open a text file that appears under its name only when all of it is on the disk; raises `OSError`."""
+def whole_place(path: Path) -> Generator[Path]:
+    """A place to write a file at, which gets its name only when all of it is on the disk; raises `OSError`."""
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     temporary = Path(name)
     try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
-            os.fchmod(file.fileno(), READABLE_BY_ALL)
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
+        os.fchmod(handle, READABLE_BY_ALL)
+        yield temporary
+        os.fsync(handle)
         temporary.replace(path)
     finally:
+        os.close(handle)
         temporary.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def whole_file(path: Path) -> Generator[TextIO]:
+    """Open a text file that appears under its name only when all of it is on the disk; raises `OSError`."""
+    with whole_place(path) as place, place.open("w", encoding="utf-8", newline="") as file:
+        yield file

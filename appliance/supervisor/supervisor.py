@@ -10,10 +10,12 @@ import logging
 import os
 import time
 from collections.abc import Callable, Mapping
+from pathlib import Path
 
 from appliance.conformity.plc_inputs import PlcInputs
 from appliance.diagnostics.alarms import Alarms
 from appliance.diagnostics.faults import Faults
+from appliance.history.keeper import HistoryKeeper
 from appliance.settings.file import SettingsError
 from appliance.supervisor.clock_watch import WallClock
 from appliance.supervisor.ingot_client import INGOT, IngotClient, is_on
@@ -60,6 +62,7 @@ class Supervisor:
         self._news = asyncio.Event()
         self._serving = asyncio.Event()
         self._stopping = False
+        self._history = HistoryKeeper(settings.history, self._inputs, self._scale_file, wall=wall)
         self._gate = StartGate({SIZING, INGOT} if is_on(settings.ingot) else {SIZING})
         self._sizing = SizingClient(
             settings.sizing,
@@ -68,11 +71,22 @@ class Supervisor:
             inputs=self._inputs,
             faults=self._faults,
             gate=self._gate,
+            recorder=self._history.recorder,
             on_news=self._news.set,
         )
-        self._ingots = (
-            IngotClient(settings.ingot, self._faults, self._gate, self._news.set) if is_on(settings.ingot) else None
+        self._ingots = self._make_ingots(settings) if is_on(settings.ingot) else None
+
+    def _make_ingots(self, settings: Settings) -> IngotClient:
+        return IngotClient(
+            settings.ingot,
+            faults=self._faults,
+            gate=self._gate,
+            recorder=self._history.recorder,
+            on_news=self._news.set,
         )
+
+    def _scale_file(self) -> Path | None:
+        return self._settings.sizing.scale_file
 
     def stop(self) -> None:
         """Let `run` come to its end."""
@@ -107,7 +121,8 @@ class Supervisor:
         if not refuses:
             self._gate.open()
         self._inputs.load()
-        parts = [self._sizing.run(), self._serve(), self._inputs.keep(), self._prove(on_serving, on_proof)]
+        parts = [self._sizing.run(), self._serve(), self._inputs.keep(), self._history.keep()]
+        parts.append(self._prove(on_serving, on_proof))
         if self._ingots:
             parts.append(self._ingots.run())
         tasks = {asyncio.create_task(part) for part in parts}
@@ -121,6 +136,7 @@ class Supervisor:
             await asyncio.gather(*tasks, return_exceptions=True)
             await self._server.stop()
             await self._inputs.save()
+            await self._history.stop()
 
     async def reload(self, load: Callable[[], Settings]) -> None:
         """Use new settings: measuring processes start again with theirs; others count after a restart.
@@ -195,6 +211,7 @@ class Supervisor:
 
     def _receive_write(self, changed: Mapping[str, int | bool]) -> None:
         self._inputs.add(changed)
+        self._history.recorder.add_writes(changed)
         if changed.get("acknowledge"):
             self._alarms.acknowledge()
             self._faults.acknowledge()
@@ -215,6 +232,7 @@ class Supervisor:
         if self._ingots:
             self._ingots.update(now_s, held=self._inputs.held)
         self._faults.report("clock_stepped", active=self._clock.was_set(now_s))
+        self._history.update(self._faults, self._alarms)
         causes = self._faults.active | {name for name, there in self._conditions(now_s).items() if there}
         self._alarms.update(causes, now_s, suppressed=self._inputs.held)
 
