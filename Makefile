@@ -61,7 +61,7 @@ tables: $(VENV)/installed-dev
 
 # mbpoll is a Modbus client that nobody here wrote; the tests read the appliance with it. They also build
 # systemd-python, have systemd check the unit, and boot it in a container
-DEBIAN_PACKAGES := mbpoll libsystemd-dev pkg-config gcc systemd systemd-container
+DEBIAN_PACKAGES := mbpoll libsystemd-dev pkg-config gcc systemd systemd-container libpangoft2-1.0-0 libharfbuzz-subset0 poppler-utils
 packages:
 	@if dpkg-query -W $(DEBIAN_PACKAGES) > /dev/null 2>&1; then exit 0; fi; \
 	if [ "$$(id -u)" = 0 ]; then as_root=(); \

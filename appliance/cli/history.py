@@ -43,6 +43,35 @@ def run_export(given: argparse.Namespace) -> None:
     print(f"{given.output}: {written} rows of {given.what}")
 
 
+def add_report(command: argparse.ArgumentParser) -> None:
+    add_period(command)
+    command.add_argument(
+        "--shift-hours", type=_hours, default=8.0, metavar="H", help="length of a shift; 8 if not given"
+    )
+
+
+def run_report(given: argparse.Namespace) -> None:
+    from appliance.reports.shift import shifts
+    from appliance.reports.write import write_report
+
+    if given.output.suffix.lower() not in {".html", ".pdf"}:
+        raise CommandError(f"--output {given.output}: give a name that ends in .html or .pdf")
+    start, end = period(given)
+    with open_to_read(folder(given)) as history:
+        try:
+            written = write_report(shifts(history, start, end, given.shift_hours), given.output)
+        except OSError as error:
+            raise CommandError(f"{given.output}: {error.strerror}; give a place in a writable folder") from error
+    print(f"{given.output}: {written} shifts")
+
+
+def _hours(text: str) -> float:
+    hours = float(text)
+    if not 0.1 <= hours <= 24 * 366:
+        raise ValueError
+    return hours
+
+
 def period(given: argparse.Namespace) -> tuple[datetime, datetime]:
     """First moment and moment after the last; raises `CommandError`."""
     start, end = (_moment(text, option) for text, option in ((given.start, "--from"), (given.end, "--to")))

@@ -98,6 +98,7 @@ COMMANDS: dict[str, tuple[_Run, str, _AddArguments]] = {
     "fuse": (fuse.run_fuse, "Fuse the two pictures of a pair into one and print its metrics", fuse.add_fuse),
     "simulate": (simulate.run_simulate, "Write a recording of the simulated mill, with truth", simulate.add_simulate),
     "export": (history.run_export, "Write what the history keeps of a time to CSV or Parquet", history.add_export),
+    "report": (history.run_report, "Write pages about the shifts of a time, as HTML or PDF", history.add_report),
     "train-edges": (train.run_train_edges, "Train the forest that finds edges", train.add_train_edges),
     "registers": (plc.run_registers, "Print the register map", plc.add_registers),
     "install": (
