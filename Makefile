@@ -52,6 +52,7 @@ bench: $(VENV)/installed-dev $(CONTRIB)/installed
 	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/edges.py
 	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/fusion.py
 	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/ingot.py
+	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/history_week.py
 
 figures: $(VENV)/installed-dev
 	$(BIN)/python docs/figures

@@ -16,7 +16,7 @@ from appliance.reports.shift import Shift
 from plc.codes import Decision
 
 BARS_SHOWN = 4
-LASTING_SHOWN = 4
+LASTING_SHOWN = 3
 SERIES_SHOWN = 3
 
 
