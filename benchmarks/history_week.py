@@ -58,9 +58,7 @@ def run(hours: float) -> None:
         folder = Path(name)
         before_mb = memory_mb()
         written_s = fill(folder / "history", start, hours)
-        print(
-            f"written in {written_s:.0f} s; memory {before_mb:.0f} MB before, {memory_mb():.0f} MB at most while writing"
-        )
+        print(f"written in {written_s:.0f} s; memory {before_mb:.0f} MB before, {memory_mb():.0f} MB at most")
         size_mb = (folder / "history" / FILE_NAME).stat().st_size / 2**20
         print(f"on disk {size_mb:.1f} MB for {hours:g} h")
         config = folder / "hotgauge.toml"

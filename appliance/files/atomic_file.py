@@ -1,4 +1,4 @@
-"""Files that are replaced whole: a reader, a crash, a power cut or a full disk never meets half of one."""
+"""Replaces files whole: after a crash, a power cut or on a full disk the old file or the new one is there."""
 
 import contextlib
 import os
@@ -7,7 +7,7 @@ from collections.abc import Generator
 from pathlib import Path
 from typing import TextIO
 
-READABLE_BY_ALL = 0o644
+FILE_MODE = 0o644  # all users may read it; `mkstemp` alone would give 0o600
 
 
 @contextlib.contextmanager
@@ -16,7 +16,7 @@ def whole_place(path: Path) -> Generator[Path]:
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     temporary = Path(name)
     try:
-        os.fchmod(handle, READABLE_BY_ALL)
+        os.fchmod(handle, FILE_MODE)
         yield temporary
         os.fsync(handle)
         temporary.replace(path)

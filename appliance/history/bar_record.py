@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 
 from appliance.conformity.bar_statistics import Part, part_of_bar
-from appliance.conformity.cold_size import Size, to_judge
+from appliance.conformity.cold_size import Size, judged_size
 from appliance.conformity.decision import decide
 from appliance.conformity.set_points import SetPoints
 from appliance.history.tables import Value
@@ -64,6 +64,7 @@ class BarRecord:
         self._all = _Sizes()
         self._parts = {part: _Sizes() for part in (Part.HEAD, Part.BODY, Part.TAIL)}
         self._started_utc_ms = self._ended_utc_ms = 0
+        self._trust = Mean()
         self._out = 0
         self._reasons = Reason.NONE
         self._simulated = False
@@ -80,6 +81,7 @@ class BarRecord:
         self._started_utc_ms = self._started_utc_ms or message.exposed_utc_ms
         self._ended_utc_ms = message.exposed_utc_ms
         self._all.add(served)
+        self._trust.add(_number(served, "trust"))
         part = part_of_bar(message.reading.reasons)
         if part in self._parts:
             self._parts[part].add(served)
@@ -87,7 +89,7 @@ class BarRecord:
         self._reasons |= message.reading.reasons
         self._simulated = message.simulated
 
-    def values(self, points: SetPoints, product_id: int) -> dict[str, Value]:
+    def values(self, points: SetPoints, product_id: int, trust_min: float) -> dict[str, Value]:
         """Row of the table of bars, without its run.
 
         Parameters
@@ -95,6 +97,8 @@ class BarRecord:
         points : SetPoints
             When the bar has passed: they decide.
         product_id : int
+        trust_min : float
+            Mean trust of the readings below which the bar is undecided.
         """
         body = self._parts[Part.BODY]
         sizes = body if body.hot.count else self._all
@@ -120,22 +124,25 @@ class BarRecord:
             "expanded_uncertainty_mm": sizes.hot_expanded.mean,
             "mean_cold_mm": sizes.cold.mean,
             "expanded_uncertainty_cold_mm": sizes.cold_expanded.mean,
+            "trust": self._trust.mean,
             "reasons": int(self._reasons),
             "simulated": self._simulated,
-            **_judged(sizes, points),
+            **_judged(sizes, points, trusted=self._trust.mean >= trust_min),
         }
 
 
-def _judged(sizes: _Sizes, points: SetPoints) -> dict[str, Value]:
+def _judged(sizes: _Sizes, points: SetPoints, *, trusted: bool) -> dict[str, Value]:
     hot = Size(sizes.hot.mean, sizes.hot_expanded.mean)
     cold = None if math.isnan(sizes.cold.mean) else Size(sizes.cold.mean, sizes.cold_expanded.mean)
-    judged = to_judge(hot, cold, points)
+    judged = judged_size(hot, cold, points)
     if judged is None or points.target_mm is None:
         return {"deviation_mm": None, "decision": int(Decision.NONE)}
     deviation_mm = judged.diameter_mm - points.target_mm
     decision = Decision.NONE
     if points.tolerance_mm is not None:
-        decision = decide(deviation_mm, judged.expanded_mm, points.tolerance_mm)
+        decision = Decision.UNDECIDED
+        if trusted:
+            decision = decide(deviation_mm, judged.expanded_mm, points.tolerance_mm)
     return {"deviation_mm": deviation_mm, "decision": int(decision)}
 
 

@@ -25,6 +25,8 @@ class HistoryKeeper:
         What the PLC has written.
     scale_file : callable
         Gives the file that makes millimetres of pixels now; None where there is none.
+    trust_min : float
+        Mean trust below which a bar is undecided.
     wall : callable
         Wall time, seconds since 1970.
 
@@ -40,6 +42,7 @@ class HistoryKeeper:
         inputs: PlcInputs,
         scale_file: Callable[[], Path | None],
         *,
+        trust_min: float,
         wall: Callable[[], float] = time.time,
     ) -> None:
         run_utc_ms = round(1000 * wall())
@@ -48,7 +51,7 @@ class HistoryKeeper:
             version = importlib.metadata.version("hotgauge")
             self._writer = HistoryWriter(settings.directory, settings, run_utc_ms, version=version, wall=wall)
         put = _discard if self._writer is None else self._writer.put
-        self.recorder = Recorder(put, run_utc_ms, settings, inputs, wall=wall)
+        self.recorder = Recorder(put, run_utc_ms, settings, inputs, trust_min=trust_min, wall=wall)
         self._scale_file = scale_file
 
     async def keep(self) -> None:

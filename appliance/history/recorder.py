@@ -59,6 +59,8 @@ class Recorder:
     settings : HistorySettings
     inputs : PlcInputs
         What the PLC has written.
+    trust_min : float
+        Mean trust below which a bar is undecided.
     wall : callable
         Wall time, seconds since 1970.
     """
@@ -70,12 +72,14 @@ class Recorder:
         settings: HistorySettings,
         inputs: PlcInputs,
         *,
+        trust_min: float,
         wall: Callable[[], float] = time.time,
     ) -> None:
         self._put_row = put
         self._run_utc_ms = run_utc_ms
         self._period_s = settings.reading_period_s
         self._inputs = inputs
+        self._trust_min = trust_min
         self._wall = wall
         self._before: tuple[Served, ...] = ()
         self._kept_s = -math.inf
@@ -107,7 +111,7 @@ class Recorder:
         """Keep the bar that was passing, if one was: nothing is seen of it any more."""
         if self._bar is not None:
             bar, self._bar = self._bar, None
-            self._put("bars", bar.values(self._inputs.points, self._inputs.product_id))
+            self._put("bars", bar.values(self._inputs.points, self._inputs.product_id, self._trust_min))
 
     def add_verdict(self, verdict: IngotVerdict, number: int, *, simulated: bool) -> None:
         """Keep what was decided of an ingot.

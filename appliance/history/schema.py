@@ -25,7 +25,8 @@ MIGRATIONS: tuple[str, ...] = (
         grade INTEGER, temperature_c REAL, target_mm REAL, tolerance_plus_mm REAL, tolerance_minus_mm REAL,
         readings INTEGER, readings_out INTEGER, head_mm REAL, body_mm REAL, tail_mm REAL, smallest_mm REAL,
         mean_mm REAL, largest_mm REAL, spread_mm REAL, expanded_uncertainty_mm REAL, mean_cold_mm REAL,
-        expanded_uncertainty_cold_mm REAL, deviation_mm REAL, decision INTEGER, reasons INTEGER, simulated INTEGER,
+        expanded_uncertainty_cold_mm REAL, deviation_mm REAL, decision INTEGER, trust REAL, reasons INTEGER,
+        simulated INTEGER,
         PRIMARY KEY (started_utc_ms, run_utc_ms, bar)
     ) WITHOUT ROWID;
     CREATE TABLE ingots (

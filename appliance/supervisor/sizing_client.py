@@ -1,4 +1,4 @@
-"""The supervisor's side of the sizing station: what is published of its readings, and what they mean for the mill."""
+"""The supervisor's side of the sizing station: publication, conformity, bar statistics and faults of its readings."""
 
 import time
 from collections.abc import Callable
@@ -16,14 +16,14 @@ from appliance.sizing.published import Publication
 from appliance.sizing.reading_ring import ReadingRing
 from appliance.sizing.stereo.settings import SizingSettings
 from appliance.supervisor.start_gate import StartGate
-from appliance.supervisor.station_client import StationClient
+from appliance.supervisor.station_client import StationClient, refuse_impossible
 from plc.codes import Decision
 from plc.rows import Value
 from vision.reasons import Reason
 
 MODULE = "appliance.sizing.station"
 SIZING = "sizing"
-LASTING_S = 10.0  # of a reason, before it is the gauge's fault and not the bar's
+LASTING_TIME_S = 10.0  # chosen: a reason that stays for so long on bars is a fault of the gauge
 
 
 class SizingClient(StationClient[ReadingMessage]):
@@ -41,7 +41,7 @@ class SizingClient(StationClient[ReadingMessage]):
     recorder : Recorder
         Keeps readings and bars.
     on_news : callable
-        Called whenever there is something to publish.
+        Called when the registers may have changed.
 
     Attributes
     ----------
@@ -76,17 +76,17 @@ class SizingClient(StationClient[ReadingMessage]):
         self._advisor = Advisor(judging, correction)
         self._ring = ReadingRing()
         self._bars = BarStatistics(judging.bar_gap_ms / 1000)
-        self._lasting = LastingReasons(LASTING_S)
+        self._lasting = LastingReasons(LASTING_TIME_S)
         self._worked_s = time.monotonic()
 
     def renew(self, settings: SizingSettings | ConveyorSettings) -> None:
-        """End the process and start one with other settings."""
+        """Restart the process with new settings."""
         self._publication.stale_after_ms = settings.stale_after_ms
         self._idle_after_s = settings.liveness.idle_after_s
         self._process.renew(settings.model_dump_json())
 
     def update(self, now_s: float) -> None:
-        """Decide what may be served at one moment, monotonic, and what it means."""
+        """Decide what may be served at `now_s`, monotonic, judge it, and report faults."""
         self._judge(now_s)
         self.running = self.measuring and not self._publication.stale
         self._faults.report("reading_stale", active=self._publication.stale, station=SIZING)
@@ -101,7 +101,7 @@ class SizingClient(StationClient[ReadingMessage]):
         return self._newest_values() | self._bars.values() | self._ring.values()
 
     def conditions(self) -> dict[str, bool]:
-        """Causes of alarms that are no faults of the gauge, by name."""
+        """Alarm causes that lie in the bar and not in the gauge, by name."""
         return {
             "out_of_tolerance": self._advisor.decision is Decision.OUT,
             "low_trust": self._advisor.low_trust,
@@ -116,7 +116,7 @@ class SizingClient(StationClient[ReadingMessage]):
         return self._publication.values() | self._advisor.values()
 
     def _is_idle(self, now_s: float) -> bool:
-        """Whether the process runs and says nothing that explains why there is no reading."""
+        """Whether readings are missing for longer than `idle_after_s` without a fault that explains it."""
         explained = self._faults.active_at(SIZING) - {"not_measuring"}
         return not explained and now_s - self._worked_s > self._idle_after_s
 
@@ -124,6 +124,7 @@ class SizingClient(StationClient[ReadingMessage]):
         self._worked_s = time.monotonic()
 
     def _add(self, message: ReadingMessage) -> None:
+        refuse_impossible(message.exposed_monotonic_s)
         self._publication.add(message)
         self.measuring = True
         self.simulated = message.simulated

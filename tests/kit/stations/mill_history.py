@@ -46,7 +46,9 @@ class MillHistory:
         self.random = random.Random(seed)
         self.inputs = PlcInputs(None, lambda *_: None)
         self.run_utc_ms = round(1000 * self.now_s)
-        self.recorder = Recorder(put, self.run_utc_ms, HistorySettings(), self.inputs, wall=lambda: self.now_s)
+        self.recorder = Recorder(
+            put, self.run_utc_ms, HistorySettings(), self.inputs, trust_min=50.0, wall=lambda: self.now_s
+        )
         self._put = put
         self._template = reading(simulated=False)
         self._sequence = self._bar = 0

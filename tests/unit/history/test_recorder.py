@@ -21,7 +21,7 @@ class Kept:
         self.inputs = PlcInputs(None, lambda *_: None)
         self.rows: list = []
         made = HistorySettings(**settings)
-        self.recorder = Recorder(self.rows.append, RUN, made, self.inputs, wall=lambda: self.now_s)
+        self.recorder = Recorder(self.rows.append, RUN, made, self.inputs, trust_min=50.0, wall=lambda: self.now_s)
         self.sequence = 0
 
     def read(self, bar: int = 1, diameter_mm: float | None = 250.0, *, after_s: float = 0.125, **served) -> None:
@@ -38,7 +38,7 @@ class Kept:
         )
         values = {"bar_sequence": bar, "validity": int(diameter_mm is not None), "reason_word": int(reasons)}
         if diameter_mm is not None:
-            values |= {"measurement_valid": True, "diameter": diameter_mm, "expanded_uncertainty": 0.2}
+            values |= {"measurement_valid": True, "diameter": diameter_mm, "expanded_uncertainty": 0.2, "trust": 90.0}
         self.recorder.add_reading(message, values | served)
 
     def of(self, table: str) -> list[dict]:
@@ -123,6 +123,16 @@ def test_a_bar_is_decided_by_its_mean_with_its_uncertainty_as_guard_band(diamete
     assert bar["decision"] == decision
     assert bar["deviation_mm"] == pytest.approx(diameter_mm - 250)
     assert bar["readings_out"] == 1
+
+
+def test_a_bar_that_cannot_be_trusted_is_undecided():
+    kept = Kept()
+    kept.inputs.add({"target_diameter": 25000, "tolerance_plus": 100, "tolerance_minus": 100})
+    for trust in (80.0, 10.0, 20.0):
+        kept.read(diameter_mm=255.0, trust=trust)
+    kept.recorder.end_bar()
+    (bar,) = kept.of("bars")
+    assert (bar["decision"], bar["trust"]) == (3, pytest.approx(110 / 3))
 
 
 def test_a_bar_with_a_grade_is_decided_by_its_cold_size_and_not_at_all_without_one():
