@@ -25,6 +25,7 @@ SAMPLE_STEP = (
     16  # chosen, pixels: every 16th row is compared before the whole picture; every 16th pixel tests for blank
 )
 HOT_PIXEL_SHARE = 0.001  # chosen: a picture stays blank if fewer of its pixels differ from the median, as hot pixels do
+HYSTERESIS = 0.9  # of a limit, below which a fault of rate or losses ends
 RATE_WINDOW_S = 5.0  # chosen: rate and losses are judged once in this time
 
 
@@ -233,9 +234,13 @@ class _Rate:
 
     def _judge(self, interval_ms: float, dropped: int) -> dict[str, str]:
         faults: dict[str, str] = {}
-        if interval_ms > self._settings.interval_max_ms:
+        if interval_ms > self._limit("pairs_slow", self._settings.interval_max_ms):
             faults["pairs_slow"] = f"one every {interval_ms:.0f} ms, wanted {self._settings.interval_max_ms} at most"
         lost_percent = 100 * dropped / (dropped + self._count)
-        if lost_percent > self._settings.dropped_max_percent:
+        if lost_percent > self._limit("pairs_dropped", self._settings.dropped_max_percent):
             faults["pairs_dropped"] = f"{lost_percent:.0f} % lost, {self._settings.dropped_max_percent:g} % at most"
         return faults
+
+    def _limit(self, fault: str, limit: float) -> float:
+        """Limit of a fault; lower while the fault is there."""
+        return HYSTERESIS * limit if fault in self._faults else limit

@@ -5,6 +5,8 @@ from typing import NamedTuple
 
 from plc.codes import DeviceState
 
+CALM_S = 60.0  # twelve of the windows in which rates and losses are judged
+
 
 class FaultRow(NamedTuple):
     """One row of the fault table.
@@ -28,6 +30,8 @@ class FaultRow(NamedTuple):
         Alarm of the alarm table that it causes; empty for none.
     latching : bool
         Whether the bit stays after the fault is over, with "maintenance required", until it is acknowledged.
+    off_after_s : float
+        Time without the fault before it is over, so that one at its limit does not come and go.
     """
 
     code: int
@@ -39,6 +43,7 @@ class FaultRow(NamedTuple):
     bit: int
     alarm: str = ""
     latching: bool = False
+    off_after_s: float = 0.0
 
     @property
     def reported_by_station(self) -> bool:
@@ -124,6 +129,7 @@ FAULTS: tuple[FaultRow, ...] = (
         "more image pairs are lost than may be",
         "set a lower camera rate or take a faster computer; check the cameras' network",
         bit=7,
+        off_after_s=CALM_S,
     ),
     FaultRow(
         109,
@@ -133,6 +139,7 @@ FAULTS: tuple[FaultRow, ...] = (
         "image pairs come too slowly for a moving line",
         "check the cameras' rate and network; a slow computer lowers it too",
         bit=8,
+        off_after_s=CALM_S,
     ),
     FaultRow(
         110,
@@ -142,6 +149,7 @@ FAULTS: tuple[FaultRow, ...] = (
         "a camera is too hot",
         "check its cooling and its heat shield",
         bit=24,
+        off_after_s=CALM_S,
     ),
     FaultRow(
         111,
@@ -151,6 +159,7 @@ FAULTS: tuple[FaultRow, ...] = (
         "the edges of the bars are overexposed",
         "shorten the cameras' exposure, or close the lenses' apertures a little",
         bit=25,
+        off_after_s=CALM_S,
     ),
     FaultRow(
         112,
@@ -160,6 +169,7 @@ FAULTS: tuple[FaultRow, ...] = (
         "the bars are too dark in the pictures",
         "clean the windows; then lengthen the cameras' exposure",
         bit=26,
+        off_after_s=CALM_S,
     ),
     FaultRow(
         201,

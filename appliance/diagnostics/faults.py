@@ -6,6 +6,7 @@ A fault is trouble with the equipment, not with the bar. It owns the NE 107 clas
 """
 
 import logging
+import time
 from collections.abc import Callable, Mapping
 
 from appliance.diagnostics.fault_table import FAULTS, FaultRow
@@ -23,15 +24,21 @@ class Faults:
     ----------
     product_id : callable
         Gives the mill's number of the product that is measured, for the log.
+    clock : callable
+        Monotonic seconds, for faults that end only after they have been away for a while.
     """
 
-    def __init__(self, product_id: Callable[[], int] = lambda: 0) -> None:
+    def __init__(self, product_id: Callable[[], int] = lambda: 0, clock: Callable[[], float] = time.monotonic) -> None:
         self._product_id = product_id
+        self._clock = clock
+        self._away_since_s: dict[tuple[str, str], float] = {}
         self._active: dict[tuple[str, str], str] = {}
         self._latched: set[str] = set()
 
     def report(self, name: str, *, active: bool, detail: str = "", station: str = "") -> None:
         """Say whether a fault is there; only a change is logged.
+
+        A fault whose row has `off_after_s` ends with the first report that follows so much time without it.
 
         Parameters
         ----------
@@ -50,9 +57,11 @@ class Faults:
         """
         if name not in _ROWS:
             raise ValueError(f"name: no fault is called {name!r}")
-        if active == ((name, station) in self._active):
-            return
         row = _ROWS[name]
+        if active:
+            self._away_since_s.pop((name, station), None)
+        if active == ((name, station) in self._active) or not (active or self._is_over(row, station)):
+            return
         if active:
             self._active[name, station] = detail
             self._latched |= {name} if row.latching else set()
@@ -61,6 +70,11 @@ class Faults:
             del self._active[name, station]
             sentence = f"fault {row.code} {name} is over"
         logger.log(row.severity if active else logging.INFO, sentence, extra=self._fields(row, station))
+
+    def _is_over(self, row: FaultRow, station: str) -> bool:
+        """Whether a fault that is not there has been away for long enough."""
+        now_s = self._clock()
+        return now_s - self._away_since_s.setdefault((row.name, station), now_s) >= row.off_after_s
 
     def report_station(self, station: str, found: Mapping[str, str]) -> None:
         """Say all that a measuring process finds wrong now, by name and detail; what it does not name is over.

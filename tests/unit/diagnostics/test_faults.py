@@ -2,11 +2,19 @@
 
 import logging
 
+import numpy as np
 import pytest
 
 from appliance.diagnostics.fault_table import FAULTS
 from appliance.diagnostics.faults import Faults
 from plc.codes import DeviceState
+
+
+class Clock:
+    s = 0.0
+
+    def __call__(self):
+        return self.s
 
 
 def test_codes_and_names_are_unique_and_every_row_says_what_to_do():
@@ -20,10 +28,13 @@ def test_codes_and_names_are_unique_and_every_row_says_what_to_do():
 def test_each_fault_has_a_bit_of_its_own_in_the_word():
     assert sorted(row.bit for row in FAULTS) == sorted({row.bit for row in FAULTS})
     assert all(0 <= row.bit < 32 for row in FAULTS)
-    faults = Faults()
+    now = Clock()
+    faults = Faults(clock=now)
     for row in FAULTS:
         faults.report(row.name, active=True)
         assert faults.word == 1 << row.bit
+        faults.report(row.name, active=False)
+        now.s += row.off_after_s
         faults.report(row.name, active=False)
         faults.acknowledge()
         assert faults.word == 0
@@ -57,7 +68,7 @@ def test_a_fault_that_is_not_in_the_table_is_a_wrong_call():
 
 def test_what_a_station_does_not_tell_any_more_is_over_and_the_other_station_keeps_its_own():
     faults = Faults()
-    faults.report_station("sizing", {"camera_frozen": "left", "pairs_slow": "one every 700 ms"})
+    faults.report_station("sizing", {"camera_frozen": "left", "picture_blank": "left"})
     faults.report_station("ingot", {"camera_frozen": "its only one"})
     faults.report("reading_stale", active=True, station="sizing")
     faults.report_station("sizing", {})
@@ -100,3 +111,26 @@ def test_the_log_has_fields_for_machines(caplog):
         "HOTGAUGE_STATION": "sizing",
         "HOTGAUGE_PRODUCT": 70000,
     }
+
+
+def test_a_camera_at_its_limit_is_one_fault_in_ten_minutes(caplog):
+    caplog.set_level(logging.INFO)
+    now = Clock()
+    faults = Faults(clock=now)
+    luck = np.random.default_rng(3)
+    for window in range(120):  # of 5 s, each good or bad as a coin falls
+        now.s = 5.0 * window
+        faults.report_station("sizing", {"pairs_slow": ""} if luck.random() < 0.5 else {})
+    assert len(caplog.records) == 1
+    now.s += 5
+    faults.report_station("sizing", {})
+    now.s += 60
+    faults.report_station("sizing", {})
+    assert "pairs_slow is over" in caplog.messages[-1]
+
+
+def test_what_takes_away_the_value_is_over_at_once():
+    faults = Faults(clock=Clock())
+    faults.report("camera_lost", active=True)
+    faults.report("camera_lost", active=False)
+    assert faults.word == 0
