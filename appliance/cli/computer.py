@@ -33,6 +33,17 @@ def run_install(given: argparse.Namespace) -> None:
         print(line)
 
 
+def add_cameras(_: argparse.ArgumentParser) -> None:
+    """Nothing but the command itself."""
+
+
+def run_cameras(_: argparse.Namespace) -> None:
+    from appliance.cameras.connected import connected_cameras
+
+    for line in connected_cameras():
+        print(line, flush=True)
+
+
 def run_doctor(given: argparse.Namespace) -> int | None:
     from appliance.service.doctor import examine
     from appliance.service.install import CONFIG

@@ -123,6 +123,7 @@ COMMANDS: dict[str, tuple[_Run, str, _AddArguments]] = {
         "Set this computer up so that the gauge starts with it, as root",
         computer.add_install,
     ),
+    "cameras": (computer.run_cameras, "List the cameras that are connected, of every kind", computer.add_cameras),
     "doctor": (computer.run_doctor, "Check settings, rig, cameras, port, service, disk and memory", add_config),
     "poll": (plc.run_poll, "Show a gauge's live values, as a PLC reads them", plc.add_poll),
 }

@@ -7,6 +7,7 @@ import subprocess
 import time
 
 import pytest
+from running import HOTGAUGE
 
 from appliance.cameras.genicam.device import Aravis, connected
 from appliance.cameras.genicam.settings import GenicamCamera, GenicamPictures
@@ -123,3 +124,13 @@ def test_a_camera_that_is_not_there_is_one_sentence_with_those_that_are():
     camera = GenicamPictures(kind="genicam", serial="nobody")
     with gige_camera(), pytest.raises(CameraError, match=f"no camera nobody answers; there are: .*{SERIAL}"):
         GenicamPictureSource(camera).__enter__()
+
+
+def test_the_cameras_that_are_connected_are_listed_with_what_they_send():
+    with gige_camera():
+        said = subprocess.run([HOTGAUGE, "cameras"], capture_output=True, text=True, check=True, timeout=60).stdout
+    (line,) = (line for line in said.splitlines() if SERIAL in line)
+    assert line.startswith(f"genicam  {SERIAL}: Fake, GigEVision 127.0.0.1, 2048 x 2048 pixels, ")
+    assert "Mono8" in line
+    assert "MTU" in line
+    assert {row.split()[0] for row in said.splitlines()} == {"genicam", "oak", "stream"}

@@ -25,6 +25,7 @@ BUFFERS = 8
 LAST_16_BIT_ID = 65535  # of a GigE Vision 1 stream; 1 follows (AIA GigE Vision 1.2, block id)
 INCOMPLETE_TIME_S = 3.0  # of pictures that all came incomplete
 TEMPERATURE_PERIOD_S = 5.0
+JUMBO_FROM_BYTES = 1500  # largest of Ethernet without them (IEEE 802.3)
 MOSAICS: dict[str, Mosaic] = {"RG": "RGGB", "GR": "GRBG", "GB": "GBRG", "BG": "BGGR"}
 
 
@@ -58,6 +59,26 @@ def connected() -> list[Connected]:
         )
         for number in range(Aravis.get_n_devices())
     ]
+
+
+def described(camera: Connected) -> str:
+    """Serial number, model, address, size and formats of a camera, or why it cannot be opened."""
+    where = f"{camera.serial}: {camera.model}, {camera.protocol} {camera.address}".rstrip()
+    try:
+        opened = Aravis.Camera.new(camera.device)
+        columns, rows = opened.get_sensor_size()
+        formats = ", ".join(opened.dup_available_pixel_formats_as_strings())
+        packets = _packet_hint(opened.gv_get_packet_size()) if opened.is_gv_device() else ""
+    except GLib.Error as error:
+        return f"{where}, cannot be opened: {_sentence(error)}"
+    return f"{where}, {columns} x {rows} pixels, {formats}{packets}"
+
+
+def _packet_hint(packet_bytes: int) -> str:
+    """What a small packet size costs; jumbo frames are those above 1500 bytes."""
+    if packet_bytes > JUMBO_FROM_BYTES:
+        return f", packets of {packet_bytes} bytes"
+    return f", packets of {packet_bytes} bytes: set the network card's MTU to 9000 for fewer lost pictures"
 
 
 class Device:

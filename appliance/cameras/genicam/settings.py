@@ -67,7 +67,7 @@ class GenicamCamera(PairCamera, GenicamSection):
 
     def make_source(self, in_step_us: float, /) -> "PairSource":
         """Image pairs of two cameras; see `PairCamera.make_source`."""
-        with _aravis():
+        with aravis():
             from appliance.cameras.genicam.source import GenicamSource
         return GenicamSource(self, in_step_us)
 
@@ -85,13 +85,13 @@ class GenicamPictures(PictureCamera, GenicamSection):
 
     def make_source(self) -> "PictureSource":
         """Pictures of one camera; see `PictureCamera.make_source`."""
-        with _aravis():
+        with aravis():
             from appliance.cameras.genicam.source import GenicamPictureSource
         return GenicamPictureSource(self)
 
 
 @contextlib.contextmanager
-def _aravis() -> Generator[None]:
+def aravis() -> Generator[None]:
     """Turn a failed import of the extra library into a `CameraError` that says how to install it."""
     from appliance.cameras.source import CameraError
 

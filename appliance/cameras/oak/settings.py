@@ -53,7 +53,7 @@ class OakCamera(PairCamera, _OakSensor):
 
     def make_source(self, in_step_us: float, /) -> "PairSource":
         """Image pairs of OAK cameras; see `PairCamera.make_source`."""
-        with _depthai():
+        with depthai():
             from appliance.cameras.oak.source import OakSource
         return OakSource(self, in_step_us)
 
@@ -72,13 +72,13 @@ class OakPictures(PictureCamera, _OakSensor):
 
     def make_source(self) -> "PictureSource":
         """Pictures of one sensor; see `PictureCamera.make_source`."""
-        with _depthai():
+        with depthai():
             from appliance.cameras.oak.source import OakPictureSource
         return OakPictureSource(self)
 
 
 @contextlib.contextmanager
-def _depthai() -> Generator[None]:
+def depthai() -> Generator[None]:
     """Turn a failed import of the extra library into a `CameraError` that says how to install it."""
     from appliance.cameras.source import CameraError
 

@@ -93,6 +93,11 @@ def device_camera(pipeline: dai.Pipeline, settings: OakPictures) -> Cameras:
     )
 
 
+def connected() -> list[str]:
+    """Return a line for every device that answers to a search."""
+    return [f"{info.deviceId}: {info.name}" for info in dai.Device.getAllAvailableDevices()]
+
+
 def _open(pipeline: dai.Pipeline, name: str) -> dai.Device:
     # asking first: opening a device that is not there takes the library more than ten seconds
     there = dai.Device.getAllAvailableDevices()
