@@ -1,24 +1,12 @@
 """Settings of the ingot station."""
 
-from typing import Annotated
-
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
 from appliance.cameras.kinds import IngotCamera
 from appliance.cameras.off.settings import NoCamera
 from appliance.cameras.settings import LivenessSettings
-from appliance.settings.section import FilePath, Section, unit
+from appliance.settings.section import Box, FilePath, Section, unit
 from vision.ingot.classifiers.names import ClassifierName
-
-
-def _unset_or_box(numbers: list[int]) -> list[int]:
-    if numbers and (len(numbers) != 4 or min(numbers) < 0 or 0 in numbers[2:]):
-        raise ValueError("not a box")
-    return numbers
-
-
-Box = Annotated[list[int], AfterValidator(_unset_or_box)]
-"""x, y, width and height in pixels of the whole picture, or nothing."""
 
 
 class IngotLimits(Section):

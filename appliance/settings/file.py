@@ -13,6 +13,7 @@ from pydantic_core import ErrorDetails
 
 from appliance.errors import HotgaugeError
 from appliance.settings.masking import mask
+from appliance.settings.section import SENTENCE
 from appliance.settings.table import Kind, SettingRow, as_toml, table
 
 
@@ -64,8 +65,8 @@ def _sentence(detail: ErrorDetails, root: type[BaseModel]) -> str:
     key, kinds = _place(detail["loc"], rows)
     if detail["type"] == "extra_forbidden":
         return f"{key}: unknown key; {_nearest(key, kinds, rows)}"
-    if detail["type"] == "value_error":
-        return f"{key}: {detail.get('ctx', {}).get('error', detail['msg'])}"
+    if detail["type"] == SENTENCE:
+        return f"{key}: {detail['msg']}"
     given = detail["input"]
     if detail["type"].startswith("union_tag"):
         context = detail.get("ctx", {})

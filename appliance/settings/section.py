@@ -5,6 +5,8 @@ from typing import Annotated
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, JsonValue, ValidationInfo
 
+SENTENCE = "sentence"  # type of a `PydanticCustomError` whose text is for the person who wrote the file
+
 
 class Section(BaseModel):
     """A section: unknown keys and values of a wrong type are refused; a section never changes once it is read."""
@@ -23,3 +25,13 @@ def _beside_the_file(path: Path, info: ValidationInfo) -> Path:
 
 FilePath = Annotated[Path, Field(strict=False), AfterValidator(_beside_the_file)]
 """A path; in a settings file a relative one starts at that file's folder."""
+
+
+def _unset_or_box(numbers: list[int]) -> list[int]:
+    if numbers and (len(numbers) != 4 or min(numbers) < 0 or 0 in numbers[2:]):
+        raise ValueError("not a box")
+    return numbers
+
+
+Box = Annotated[list[int], AfterValidator(_unset_or_box)]
+"""x, y, width and height in pixels of the whole picture, or nothing."""

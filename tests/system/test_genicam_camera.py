@@ -17,7 +17,7 @@ from appliance.cameras.source import CameraError
 FAKE = "arv-fake-gv-camera-0.8"
 SERIAL = "GV77"
 SETTLE_S = 4.0
-REGION = (0, 0, 512, 512)
+REGION = [0, 0, 512, 512]
 
 
 @contextlib.contextmanager
@@ -66,7 +66,7 @@ def test_pictures_carry_their_format_and_are_young(pixel_format):
 
 
 def test_the_region_is_what_is_sent():
-    with gige_camera(), pictures_of(region=(0, 0, 256, 128)) as source:
+    with gige_camera(), pictures_of(region=[0, 0, 256, 128]) as source:
         frame = next(frames_of(source, SETTLE_S + 2))
     assert frame.picture.shape == (128, 256)
 

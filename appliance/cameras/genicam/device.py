@@ -199,10 +199,10 @@ class Device:
         camera.set_exposure_time(settings.exposure_us)
         if camera.is_gain_available():
             camera.set_gain(settings.gain_db)
-        if settings.black_level is not None:
-            if not camera.is_black_level_available():
-                raise CameraError(f"{self._name} has no black level; leave black_level out")
+        if camera.is_black_level_available():
             camera.set_black_level(settings.black_level)
+        elif settings.black_level:
+            raise CameraError(f"{self._name} has no black level; leave black_level out")
 
     def _exposure(self, buffer: Any, asked_s: float) -> Exposure | None:
         self._count(buffer.get_frame_id())

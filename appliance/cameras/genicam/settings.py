@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 from pydantic import Field
 
 from appliance.cameras.section import PairCamera, PictureCamera
-from appliance.settings.section import Section, unit
+from appliance.settings.section import Box, Section, unit
 
 if TYPE_CHECKING:
     from appliance.cameras.source import PairSource, PictureSource
@@ -31,12 +31,10 @@ class GenicamSection(Section):
     )
     exposure_us: float = Field(default=500.0, ge=1, le=33000, description="Exposure time", json_schema_extra=unit("µs"))
     gain_db: float = Field(default=0.0, ge=0, le=48, description="Gain", json_schema_extra=unit("dB"))
-    black_level: float | None = Field(
-        default=None, ge=0, le=4096, description="Code value of darkness; without it the camera's own stays"
+    black_level: float = Field(
+        default=0.0, ge=0, le=4096, description="Code value of darkness, where the camera has such a setting"
     )
-    region: tuple[int, int, int, int] | None = Field(
-        default=None, strict=False, description="Part of the sensor that is sent; without it the whole"
-    )
+    region: Box = Field(default=[], description="Part of the sensor that is sent; empty sends the whole")
     trigger: str = Field(
         default="", description="Input that fires each exposure, such as Line0; empty: the camera runs freely"
     )

@@ -78,10 +78,13 @@ def test_a_conveyor_takes_a_single_camera_and_what_check_config_shows_can_be_loa
         ('[plc]\nport = "a\\nb"', ('plc.port = "a\\nb"', "a whole number")),
         ("[zebra]\na = 1", ("zebra", "unknown key", "[plc], [sizing]")),
         ("[sizing]\nstale_after_ms = 99", ("sizing.stale_after_ms = 99", "from 100 to 10000 ms")),
-        ('[sizing.camera]\nkind = "oka"', ('sizing.camera.kind = "oka"', '"mill" or "oak" or "recording" or "stream"')),
+        (
+            '[sizing.camera]\nkind = "oka"',
+            ('sizing.camera.kind = "oka"', '"genicam" or "mill" or "oak" or "recording" or "stream"'),
+        ),
         (
             "[sizing.camera]\nrate_hz = 5",
-            ("sizing.camera.kind", "missing", '"mill" or "oak" or "recording" or "stream"'),
+            ("sizing.camera.kind", "missing", '"genicam" or "mill" or "oak" or "recording" or "stream"'),
         ),
         ('[sizing.camera]\nkind = "recording"', ("sizing.camera.path", "missing", "a path")),
         ('[sizing.camera]\nkind = "mill"\nrate_hz = 0', ("sizing.camera.rate_hz = 0", "above 0 up to 60 1/s")),
@@ -148,6 +151,9 @@ REQUIRED = {
     ("ingot.camera.kind", "recording"): 'ingot.camera.path = "x"\n',
     ("sizing.camera.kind", "conveyor, stream"): 'sizing.camera.address = "a"\n',
     ("sizing.camera.kind", "tangent, stream"): 'sizing.camera.left = "a"\nsizing.camera.right = "b"\n',
+    ("sizing.camera.kind", "conveyor, genicam"): 'sizing.camera.serial = "1"\n',
+    ("sizing.camera.kind", "tangent, genicam"): 'sizing.camera.left = "1"\nsizing.camera.right = "2"\n',
+    ("ingot.camera.kind", "genicam"): 'ingot.camera.serial = "1"\n',
     ("ingot.camera.kind", "stream"): 'ingot.camera.address = "a"\n',
 }
 NUMBERS = [row for row in table(Settings) if "number" in row.allowed]
