@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 from appliance.diagnostics.faults import Faults
+from appliance.history.recorder import Recorder
 from appliance.ingot.message import MESSAGES, IngotMessage
 from appliance.ingot.published import IngotPublication
 from appliance.ingot.settings import IngotSettings
@@ -28,6 +29,8 @@ class IngotClient(StationClient[IngotMessage]):
     settings : IngotSettings
     faults : Faults
     gate : StartGate
+    recorder : Recorder
+        Keeps what is decided of ingots.
     on_news : callable
         Called when the registers may have changed.
 
@@ -36,9 +39,18 @@ class IngotClient(StationClient[IngotMessage]):
     publication : IngotPublication
     """
 
-    def __init__(self, settings: IngotSettings, faults: Faults, gate: StartGate, on_news: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        settings: IngotSettings,
+        *,
+        faults: Faults,
+        gate: StartGate,
+        recorder: Recorder,
+        on_news: Callable[[], None],
+    ) -> None:
         super().__init__(INGOT, MODULE, settings.model_dump_json(), MESSAGES, faults=faults, gate=gate, on_news=on_news)
         self.publication = IngotPublication(settings.stale_after_ms)
+        self._recorder = recorder
 
     def renew(self, settings: IngotSettings) -> None:
         """Restart the process with new settings."""
@@ -64,7 +76,8 @@ class IngotClient(StationClient[IngotMessage]):
 
     def _add(self, message: IngotMessage) -> None:
         refuse_impossible(message.exposed_monotonic_s)
-        self.publication.add(message)
+        for number, verdict in self.publication.add(message).items():
+            self._recorder.add_verdict(verdict, number, simulated=message.simulated)
         self._faults.report_station(INGOT, message.faults)
 
     def _withdraw(self, *, restarted: bool) -> None:

@@ -7,6 +7,7 @@ from typing import Literal
 from pydantic import Field
 
 from appliance.conformity.settings import CorrectionSettings, JudgingSettings
+from appliance.history.settings import HistorySettings
 from appliance.ingot.settings import IngotSettings
 from appliance.settings.file import load as load_file
 from appliance.settings.section import FilePath, Section, unit
@@ -49,6 +50,7 @@ class Settings(Section):
     ingot: IngotSettings = Field(default_factory=IngotSettings, description="Ingot station")
     judging: JudgingSettings = Field(default_factory=JudgingSettings, description="Trust, cold size and bars")
     correction: CorrectionSettings = Field(default_factory=CorrectionSettings, description="Closed loop")
+    history: HistorySettings = Field(default_factory=HistorySettings, description="What is kept on disk")
 
 
 def state_folder(plc: PlcSettings) -> Path | None:
