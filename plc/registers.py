@@ -9,7 +9,9 @@ the place of spare words.
 from plc.rings import INGOT_SLOT, READING_SLOT, ring
 from plc.rows import NO_VALUE, Block, Register, Table, Type, select, span, spare
 
-MAP_VERSION = 3
+MAP_VERSION = 4
+WORDS_END = 625  # of input and holding registers: whole requests of 125 words, as tools of plants read them
+BITS_END = 64  # of coils and discrete inputs: whole groups of 16 or 32
 
 BLOCKS: tuple[Block, ...] = ("measurement", "reading_ring", "ingot_ring")
 _BLOCK: tuple[Table, ...] = ("input", "holding")
@@ -112,7 +114,12 @@ REGISTERS: tuple[Register, ...] = (
     _measured(28, "trust", "%", "how far diameter can be trusted, 0 to 100"),
     _measured(30, "deviation", "mm", "diameter minus target_diameter, cold if a grade is set, else hot"),
     _measured(32, "correction", "mm", "advised change of the stand's gap; positive opens"),
-    _measured(34, "alignment_quality", "%", "alignment of the two views, signed; 0 is perfect"),
+    _measured(
+        34,
+        "alignment_quality",
+        "%",
+        "overlap of the two views' outlines: 100 at a match; negative: the board lies too low",
+    ),
     _measured(36, "plane_height", "mm", "height of the virtual board over the conveyor plane"),
     _measured(38, "bar_min", "mm", "smallest diameter of the bar so far"),
     _measured(40, "bar_mean", "mm", "mean diameter of the bar so far"),
@@ -149,7 +156,10 @@ REGISTERS: tuple[Register, ...] = (
     _state(
         80, "fault_word", "one bit for each fault of the fault table, set until a latching one is acknowledged", "u32"
     ),
-    *(spare(address, "measurement") for address in range(82, 119)),
+    _state(
+        82, "clients_refused", "clients turned away since the start: too many, no certificate, no descriptors", "u32"
+    ),
+    *(spare(address, "measurement") for address in range(84, 119)),
     _state(119, "sequence_check", "sequence again; last word of the block", shows="sequence"),
     _set_point(200, "target_diameter", "mm", (10, 655.34), "wanted diameter; cold if a grade is set, else hot"),
     _set_point(201, "tolerance_plus", "mm", (0.01, 50), "allowed above the target"),

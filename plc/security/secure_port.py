@@ -1,0 +1,95 @@
+"""The secure port: its certificate, which is renewed without a restart, and what is wrong with it."""
+
+import asyncio
+import ssl
+from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
+
+from plc.security.identity import CertificateError, Identity, TlsFiles, files_state
+
+RENEWAL_PERIOD_S = 5.0
+DUE = timedelta(days=30)
+
+
+class SecurePort:
+    """Modbus/TCP Security on a port of its own.
+
+    Parameters
+    ----------
+    port : int
+        TCP port; 0 takes a free one.
+    files : TlsFiles
+
+    Attributes
+    ----------
+    port : int
+        The real one once the server has started.
+    trouble : str
+        Why new files cannot be used; empty if they can. The old ones serve on.
+    """
+
+    def __init__(self, port: int, files: TlsFiles) -> None:
+        self.port = port
+        self.trouble = ""
+        self._files = files
+        self._identity: Identity | None = None
+
+    async def load(self) -> None:
+        """Read the files; raises `CertificateError`."""
+        self._identity = await asyncio.to_thread(Identity.load, self._files)
+
+    @property
+    def context(self) -> ssl.SSLContext:
+        """What the next client meets."""
+        return self._loaded.context
+
+    @property
+    def _loaded(self) -> Identity:
+        if self._identity is None:
+            raise RuntimeError("the secure port has not been loaded")
+        return self._identity
+
+    def due(self, now: datetime | None = None) -> str:
+        """What to say of a certificate that ends within 30 days, or has ended; empty as long as none does.
+
+        Parameters
+        ----------
+        now : datetime, optional
+            Moment to judge at; without: the present.
+        """
+        left = self._loaded.expires - (now or datetime.now(UTC))
+        if left > DUE:
+            return ""
+        day = f"{self._loaded.expires:%Y-%m-%d}"
+        return (
+            f"a certificate of the secure port has expired on {day}"
+            if left < timedelta(0)
+            else (f"a certificate of the secure port expires on {day}")
+        )
+
+    async def keep(self, on_other_authority: Callable[[], None]) -> None:
+        """Take new files as they come, until cancelled.
+
+        Parameters
+        ----------
+        on_other_authority : callable
+            Called when other clients are trusted than before.
+        """
+        seen = self._loaded.state
+        while True:
+            await asyncio.sleep(RENEWAL_PERIOD_S)
+            now = await asyncio.to_thread(files_state, self._files)
+            if now != seen or self.trouble:
+                seen = now
+                await self._renew(on_other_authority)
+
+    async def _renew(self, on_other_authority: Callable[[], None]) -> None:
+        before = self._loaded
+        try:
+            await self.load()
+        except CertificateError as error:  # perhaps only one of two files has been replaced yet
+            self.trouble = str(error)
+            return
+        self.trouble = ""
+        if self._loaded.authority_digest != before.authority_digest:
+            on_other_authority()
