@@ -131,6 +131,7 @@ class Listener:
         self._on_starved = on_starved
         self._loop = asyncio.get_running_loop()
         self._spare: int | None = None
+        self._keep_spare()
         for bound in sockets:
             self._loop.add_reader(bound, self._accept, bound)
 
