@@ -11,13 +11,13 @@ import time
 from pathlib import Path
 
 import numpy as np
+from opencv_format import write_opencv
 
 from appliance.simulation.bars.bars import Bar
 from appliance.simulation.bars.line_scene import Scene
 from appliance.simulation.true_rig import default_rig
 from vision.edges.forest.inference import EdgeDetector
 from vision.edges.forest.model import StructuredForest, shipped_forest
-from vision.edges.forest.opencv_format import write_opencv
 
 SIZES = ((640, 480), (800, 600), (1352, 760), (2704, 1520))
 STRIPS = {(800, 600): (np.s_[100:212, :], np.s_[400:512, :])}

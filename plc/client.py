@@ -9,7 +9,8 @@ from typing import Self
 from pymodbus import ModbusException
 from pymodbus.client import ModbusTcpClient
 
-from plc.poll import ANSWER_WITHIN_S, ORIENTATIONS, PollError, Snapshot, scan
+from plc.codes import Orientation
+from plc.poll import ANSWER_WITHIN_S, PollError, Snapshot, scan
 from plc.process_image import encode_set_points
 from plc.registers import COMMANDS, REGISTERS, SET_POINTS
 from plc.rows import WordOrder, select
@@ -193,7 +194,7 @@ class Plc:
         ingot = values["ingot_sequence"] or 0
         if values["ingot_validity"] and ingot != self._seen.ingot:
             self._seen.ingot = ingot
-            self.log.append(f"ingot {ingot} shows its {ORIENTATIONS[int(values['ingot_orientation'] or 0)]}")
+            self.log.append(f"ingot {ingot} shows its {Orientation(int(values['ingot_orientation'] or 0)).text}")
 
     def _see_alarms(self, now: list[str]) -> None:
         self.log += [f"{name} came" for name in now if name not in self._seen.alarms]

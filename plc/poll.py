@@ -10,6 +10,7 @@ from pymodbus import ModbusException
 from pymodbus.client import ModbusTcpClient
 from pymodbus.pdu import ModbusPDU
 
+from plc.codes import DeviceState, Orientation, Validity
 from plc.process_image import decode, decode_discretes
 from plc.registers import DISCRETES, MEASUREMENTS, REGISTERS
 from plc.rows import WordOrder, select
@@ -20,15 +21,6 @@ ANSWER_WITHIN_S = 2.0
 _ALARMS = [row for row in select(REGISTERS, "coil", "r") if not row.spare]
 _UNITS = {row.name: row.unit for row in REGISTERS}
 _TEST_U32 = next(row.constant for row in REGISTERS if row.name == "test_u32")
-_VALIDITY = {0: "no value", 1: "valid", 2: "valid with reasons"}
-_DEVICE_STATES = {
-    0: "good",
-    1: "maintenance required",
-    2: "out of specification",
-    3: "function check",
-    4: "failure",
-}
-ORIENTATIONS = {1: "top", 2: "bottom", 3: "undecided"}
 _SHOWN = (
     "diameter",
     "expanded_uncertainty",
@@ -154,8 +146,8 @@ def snapshot_lines(snapshot: Snapshot) -> list[str]:
     states = [name for name, on in snapshot.discretes.items() if on and not name.startswith("alarm_")]
     lines = [
         f"{'sequence':<26}{values['sequence']}, heartbeat {values['heartbeat']}",
-        f"{'device_state':<26}{_named(values['device_state'], _DEVICE_STATES)}",
-        f"{'validity':<26}{_named(values['validity'], _VALIDITY)}, reasons {reasons:#010x}",
+        f"{'device_state':<26}{_named(values['device_state'], DeviceState.texts())}",
+        f"{'validity':<26}{_named(values['validity'], Validity.texts() | {0: 'no value'})}, reasons {reasons:#010x}",
         *(_line(name, values[name]) for name in _SHOWN),
         *_ingot_lines(values),
         f"{'timestamp':<26}{'no value' if exposed is None else _utc(exposed)}",
@@ -170,7 +162,7 @@ def _ingot_lines(values: Mapping[str, float | int | None]) -> list[str]:
     if not values["ingot_orientation"]:
         return []
     confidence = values["ingot_confidence"] or 0
-    seen = f"{values['ingot_sequence']}, {ORIENTATIONS[int(values['ingot_orientation'])]}, {confidence:.2f} %"
+    seen = f"{values['ingot_sequence']}, {Orientation(int(values['ingot_orientation'])).text}, {confidence:.2f} %"
     return [f"{'ingot':<26}{seen}"]
 
 

@@ -6,6 +6,7 @@ of a published image. The map only grows: an address or a bit never changes its 
 the place of spare words.
 """
 
+from plc.codes import Decision, DeviceState, Orientation, Validity
 from plc.rings import INGOT_SLOT, READING_SLOT, ring
 from plc.rows import NO_VALUE, Block, Register, Table, Type, select, span, spare
 
@@ -85,6 +86,14 @@ def _set_point(
     )
 
 
+_STATUS = (
+    _status(16, "measurement_valid", "validity is not 0"),
+    _status(17, "bar_present", "a hot bar is in the measuring region"),
+    _status(18, "ingot_present", "an ingot's end is in sight"),
+    _status(19, "running", "the gauge is measuring"),
+    _status(20, "simulated", "pictures come from the simulated mill or a recording"),
+)
+
 REGISTERS: tuple[Register, ...] = (
     _state(0, "sequence", "+1 with each new reading or change of validity; first word of the block"),
     _constant(1, "map_version", "u16", MAP_VERSION, "version of this map"),
@@ -92,14 +101,14 @@ REGISTERS: tuple[Register, ...] = (
     _state(
         3,
         "device_state",
-        "NE 107: 0 good, 1 maintenance required, 2 out of specification, 3 function check, 4 failure",
+        f"NE 107: {DeviceState.words()}",
     ),
     _state(
         4,
         "status_word",
-        "bit 0 measurement_valid, 1 bar_present, 2 ingot_present, 3 running, 4 simulated",
+        "bit " + ", ".join(f"{bit} {row.name}" for bit, row in enumerate(_STATUS)),
     ),
-    _state(5, "validity", "of the bar's values: 0 none, 1 valid, 2 valid with reasons (reason_word)"),
+    _state(5, "validity", f"of the bar's values: {Validity.words()} (reason_word)"),
     _state(6, "reason_word", "reason flags of the newest reading, one bit each", "u32"),
     _state(8, "alarm_word", "bit n is alarm coil n"),
     _measured(9, "measurement_age", "ms", "age of the exposure when the block was written", "u16"),
@@ -129,13 +138,13 @@ REGISTERS: tuple[Register, ...] = (
     _measured(48, "ingot_confidence", "%", "confidence of ingot_orientation, 0 to 100"),
     _measured(50, "ingot_age", "ms", "age of the ingot station's newest exposure", "u32"),
     _measured(52, "cycle_time", "ms", "time from one reading to the next"),
-    _state(54, "decision", "against the tolerance: 0 none, 1 in, 2 out, 3 undecided"),
+    _state(54, "decision", f"against the tolerance: {Decision.words()}"),
     _measured(55, "windows_kept", "", "windows along the bar that agree with diameter", "u16"),
     _measured(56, "windows_total", "", "windows along the bar", "u16"),
     _state(57, "bar_sequence", "+1 with each new bar"),
-    _state(58, "ingot_orientation", "end facing the line: 0 none, 1 top, 2 bottom, 3 undecided"),
+    _state(58, "ingot_orientation", f"end facing the line: {Orientation.words()}"),
     _state(59, "ingot_sequence", "+1 with each new ingot"),
-    _state(60, "ingot_validity", "of the ingot's values: 0 none, 1 valid, 2 valid with reasons"),
+    _state(60, "ingot_validity", f"of the ingot's values: {Validity.words()}"),
     _state(61, "ingot_reason_word", "reason flags of the newest picture of the ingot line, one bit each"),
     _constant(62, "test_float", "f32", 123.456, "always 123.456: read wrongly, the word order is wrong"),
     _constant(64, "test_u32", "u32", 0x12345678, "always 305419896 (16#12345678), for finding the word order"),
@@ -177,11 +186,7 @@ REGISTERS: tuple[Register, ...] = (
     _alarm(6, "alarm_plc_silent", "plc_heartbeat stands still"),
     _alarm(7, "alarm_internal", "the gauge itself has failed"),
     *(_alarm(bit, f"alarm_spare_{bit}", "reserved for growth of the map, reads 0") for bit in range(8, 16)),
-    _status(16, "measurement_valid", "validity is not 0"),
-    _status(17, "bar_present", "a hot bar is in the measuring region"),
-    _status(18, "ingot_present", "an ingot's end is in sight"),
-    _status(19, "running", "the gauge is measuring"),
-    _status(20, "simulated", "pictures come from the simulated mill or a recording"),
+    *_STATUS,
     _command(32, "acknowledge", "0 -> 1 acknowledges all alarms"),
     _command(33, "hold", "1 holds the gauge: function check, validity off, alarms suppressed"),
     *ring(300, "reading_ring", "reading", READING_SLOT),

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+from plc.codes import Orientation, Validity
 from plc.rows import NO_VALUE, Block, Register, Type, spare
 
 
@@ -27,7 +28,7 @@ READING_SLOT = (
     Field("diameter_u16", "u16", "diameter as an integer", "mm", 0.01, shows="diameter"),
     Field("trust", "u16", "how far the diameter can be trusted, 0 to 100", "%", 0.01),
     Field("sequence", "u16", "the word sequence when this was the newest reading", optional=False),
-    Field("validity", "u16", "0 none, 1 valid, 2 valid with reasons", optional=False),
+    Field("validity", "u16", Validity.words(), optional=False),
 )
 INGOT_SLOT = (
     Field("timestamp", "u64", "moment of the decision, since 1970-01-01 00:00 UTC", "ms"),
@@ -35,8 +36,8 @@ INGOT_SLOT = (
     Field("ssim_bottom", "f32", "similarity of the end to the bottom reference, -1 to 1"),
     Field("confidence", "u16", "confidence of the orientation, 0 to 100", "%", 0.01),
     Field("sequence", "u16", "the word ingot_sequence of this ingot", optional=False),
-    Field("validity", "u16", "0 none, 1 valid, 2 valid with reasons", optional=False),
-    Field("orientation", "u16", "end facing the line: 0 none, 1 top, 2 bottom, 3 undecided", optional=False),
+    Field("validity", "u16", Validity.words(), optional=False),
+    Field("orientation", "u16", f"end facing the line: {Orientation.words()}", optional=False),
 )
 READING_FIELDS = tuple(field.name for field in READING_SLOT if not field.shows)
 

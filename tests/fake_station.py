@@ -40,7 +40,7 @@ def act(mode: str, link: StationLink, connection: socket.socket, sequence: int) 
         connection.send(reading(diameter_mm=999.0).model_dump_json().encode()[:-10])
         os.kill(os.getpid(), signal.SIGKILL)
     elif mode == "babble":
-        connection.send(b'{"kind": "reading", "diameter_mm": NaN}\n')
+        connection.send(b'{"kind": "reading", "elapsed_ms": NaN}\n')
     elif mode == "start":
         link.send(StateMessage(state="starting"))
     elif mode.startswith("fault "):

@@ -11,6 +11,7 @@ import numpy as np
 from appliance.cameras.pacing import Pacer, utc_ms
 from appliance.cameras.source import CameraError, FramePair
 from appliance.sizing import station as sizing
+from appliance.sizing.stereo.settings import SizingSettings
 from vision.readings import SizeReading
 
 RATE_HZ = 20.0
@@ -87,6 +88,6 @@ class ToldGauge:
 
 
 if __name__ == "__main__":
-    sizing.source_of = lambda _settings: ToldCamera()
-    sizing._gauge = lambda *_: ToldGauge()
+    SizingSettings.make_source = lambda _: ToldCamera()
+    SizingSettings.make_gauge = lambda *_: ToldGauge()
     sizing.main()

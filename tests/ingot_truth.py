@@ -7,12 +7,12 @@ from typing import NamedTuple
 import cv2
 
 from appliance.cameras.recording.pairs import read_picture
-from appliance.ingot.reader_setup import IngotView, decision_rule, load_view, make_reader
+from appliance.ingot.reader_setup import decision_rule, load_view, make_reader
 from appliance.ingot.settings import IngotSettings
 from appliance.simulation.ingots.conditions import ingot_sequence
 from vision.ingot.classifiers.ssim import dual, single
 from vision.ingot.end_finder import Box
-from vision.ingot.orientation_reader import References
+from vision.ingot.orientation_reader import IngotView, References
 from vision.ingot.sequential_decision import IngotFollower
 
 SETTINGS = IngotSettings()

@@ -12,9 +12,10 @@ import pytest
 from modbus_wire import Wire
 
 from appliance.sizing.stereo.settings import SizingSettings
-from appliance.supervisor import supervisor as supervisor_module
+from appliance.supervisor import sizing_client
 from appliance.supervisor.settings import PlcSettings, Settings
-from appliance.supervisor.supervisor import StartRefusedError, Supervisor
+from appliance.supervisor.start_gate import StartRefusedError
+from appliance.supervisor.supervisor import Supervisor
 
 TESTS = Path(__file__).parent
 
@@ -86,7 +87,7 @@ def rehearsing(
     script = folder / "script"
     monkeypatch.setenv("FAKE_STATION", str(script))
     monkeypatch.setenv("PYTHONPATH", f"{TESTS}{os.pathsep}{TESTS.parent}")
-    monkeypatch.setattr(supervisor_module, "SIZING_STATION", station)
+    monkeypatch.setattr(sizing_client, "MODULE", station)
     rehearsal = Rehearsal(script, sizing or SizingSettings())
     rehearsal.tell("measure")
     yield rehearsal

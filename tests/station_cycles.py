@@ -9,7 +9,8 @@ from pathlib import Path
 from messages import reading
 
 from appliance.processes import monitored_process as keeper
-from appliance.processes.monitored_process import Health, Keeper
+from appliance.processes.monitored_process import Health, MonitoredProcess
+from appliance.sizing.message import MESSAGES
 
 TESTS = Path(__file__).parent
 WARM_UP = 10
@@ -43,7 +44,7 @@ async def _count(count: int) -> dict[str, object]:
             over.set()
 
     begun_s = time.monotonic()
-    task = asyncio.create_task(Keeper("blinking_station", "{}", hear, tell).keep())
+    task = asyncio.create_task(MonitoredProcess("blinking_station", "{}", MESSAGES, hear, tell).run())
     await asyncio.wait({task, asyncio.create_task(over.wait())}, return_when=asyncio.FIRST_COMPLETED)
     task.cancel()
     await asyncio.gather(task, return_exceptions=True)

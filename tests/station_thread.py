@@ -5,9 +5,10 @@ import threading
 
 from pydantic import TypeAdapter
 
-from appliance.processes.link import Message, StationLink, parse
-from appliance.processes.message import StateMessage
+from appliance.processes.link import StationLink
+from appliance.processes.message import StateMessage, StationMessage
 from appliance.sizing import station as sizing
+from appliance.sizing.message import MESSAGES
 from appliance.sizing.settings import Sizing
 
 
@@ -25,16 +26,16 @@ class Station:
         self.thread = threading.Thread(target=sizing.run, args=arguments)
         self.thread.start()
 
-    def hear(self) -> Message:
+    def hear(self) -> StationMessage:
         """The next message that says more than that code is being compiled."""
         while (message := self.hear_any()) == StateMessage(state="warming"):
             pass
         return message
 
-    def hear_any(self) -> Message:
-        return parse(self._lines.readline())
+    def hear_any(self) -> StationMessage:
+        return MESSAGES.validate_json(self._lines.readline())
 
-    def hear_until(self, kind: type[Message]) -> Message:
+    def hear_until(self, kind: type[StationMessage]) -> StationMessage:
         for _ in range(50):
             if isinstance(message := self.hear(), kind):
                 return message

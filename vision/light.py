@@ -5,6 +5,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+CLIPPED_CODE = 250  # chosen: from this 8-bit code value on a channel counts as overexposed, its light as lost
 Response = Literal["srgb", "linear", "gamma 2.2"]
 
 

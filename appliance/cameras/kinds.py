@@ -1,25 +1,18 @@
-"""Settings of cameras, of those that give pairs and of those that give single pictures, and of trust in them."""
+"""The table of camera kinds: those that give image pairs, and those that give single pictures, by their use."""
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field
 
 from appliance.cameras.oak.settings import OakCamera, OakPictures
+from appliance.cameras.off.settings import NoCamera
 from appliance.cameras.recording.settings import RecordedPictures, RecordingCamera
 from appliance.cameras.simulated.settings import MillCamera, MillPictures, MillThermal
 from appliance.cameras.stream.settings import StreamCamera, StreamPictures
-from appliance.settings.section import Section
 
-Camera = Annotated[MillCamera | RecordingCamera | OakCamera | StreamCamera, Field(discriminator="kind")]
+StereoCamera = Annotated[MillCamera | RecordingCamera | OakCamera | StreamCamera, Field(discriminator="kind")]
 
-
-class NoCamera(Section):
-    """No camera: the station is off."""
-
-    kind: Literal["off"] = Field(default="off", description="No ingot station")
-
-
-PictureCamera = Annotated[
+IngotCamera = Annotated[
     NoCamera | MillPictures | RecordedPictures | OakPictures | StreamPictures, Field(discriminator="kind")
 ]
 

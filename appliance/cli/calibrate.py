@@ -3,7 +3,8 @@
 import argparse
 from pathlib import Path
 
-from appliance.cli.common import CommandError, progress
+from appliance.cli.common import progress
+from appliance.command_options import CommandError
 
 _BOARD_NUMBERS = ("square_mm", "square_u_mm", "low_mm", "high_mm", "height_u_mm")
 

@@ -6,7 +6,7 @@ import re
 import socket
 from pathlib import Path
 
-from appliance.cli.common import CommandError
+from appliance.command_options import CommandError
 from plc.security.addresses import check_host
 from plc.security.roles import Role
 

@@ -2,29 +2,12 @@
 
 import argparse
 import contextlib
-import difflib
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator
 from pathlib import Path
-from typing import TypeVar
-
-_Name = TypeVar("_Name", bound=str)
-
-
-class CommandError(Exception):
-    """The command cannot do what it was asked for; the message says what, where and what to do."""
 
 
 def add_config(command: argparse.ArgumentParser) -> None:
     command.add_argument("--config", type=Path, metavar="FILE", help="settings in TOML; without: the defaults")
-
-
-def one_of(known: Sequence[_Name], name: str, option: str) -> _Name:
-    for one in known:
-        if name == one:
-            return one
-    near = difflib.get_close_matches(name, known, n=1)
-    advice = f"did you mean {near[0]}?" if near else "there are " + ", ".join(known)
-    raise CommandError(f"{option}: there is no {name}; {advice}")
 
 
 @contextlib.contextmanager

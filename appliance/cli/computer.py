@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from appliance.cli.common import CommandError
+from appliance.command_options import CommandError
 from appliance.settings.table import in_force
 from appliance.supervisor import settings as settings_file
 

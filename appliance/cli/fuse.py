@@ -3,7 +3,8 @@
 import argparse
 from pathlib import Path
 
-from appliance.cli.common import CommandError, one_of, whole_number
+from appliance.cli.common import whole_number
+from appliance.command_options import CommandError, one_of
 
 
 def add_fuse(command: argparse.ArgumentParser) -> None:

@@ -8,7 +8,8 @@ from collections.abc import Callable, Sequence
 from typing import NoReturn
 
 from appliance.cli import calibrate, certificates, computer, fuse, measure, orient, plc, serve, simulate, train
-from appliance.cli.common import CommandError, add_config
+from appliance.cli.common import add_config
+from appliance.command_options import CommandError
 from appliance.settings.file import SettingsError
 
 EXIT_TROUBLE = 2

@@ -2,9 +2,12 @@
 
 import argparse
 from pathlib import Path
+from typing import get_args
 
-from appliance.cli.common import CommandError, add_config
+from appliance.cli.common import add_config
+from appliance.command_options import CommandError
 from appliance.supervisor import settings as settings_file
+from vision.ingot.classifiers.names import ClassifierName
 
 
 def add_orient(command: argparse.ArgumentParser) -> None:
@@ -15,7 +18,7 @@ def add_orient(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--output", type=Path, required=True, metavar="FILE", help="frames and ingots; CSV if it ends in .csv"
     )
-    command.add_argument("--classifier", choices=("wrinkles", "dual", "single"), help="how one picture is judged")
+    command.add_argument("--classifier", choices=get_args(ClassifierName), help="how one picture is judged")
     command.add_argument("--plot", type=Path, metavar="DIR", help="folder for annotated frames and a strip of the ends")
     add_config(command)
 

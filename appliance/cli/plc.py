@@ -4,7 +4,8 @@ import argparse
 import itertools
 import sys
 
-from appliance.cli.common import CommandError, whole_number
+from appliance.cli.common import whole_number
+from appliance.command_options import CommandError
 from appliance.supervisor.settings import PlcSettings
 from plc import export
 

@@ -6,14 +6,13 @@ import signal
 from collections.abc import Callable
 from pathlib import Path
 
-from appliance.cameras.recording.settings import RecordedPictures, RecordingCamera
-from appliance.cli.common import CommandError, add_config
+from appliance.cli.common import add_config
+from appliance.command_options import CommandError
 from appliance.service import systemd as service
-from appliance.sizing.conveyor.settings import ConveyorSettings
-from appliance.sizing.stereo.settings import SizingSettings
 from appliance.supervisor import settings as settings_file
 from appliance.supervisor.settings import Settings, state_folder
-from appliance.supervisor.supervisor import StartRefusedError, Supervisor
+from appliance.supervisor.start_gate import StartRefusedError
+from appliance.supervisor.supervisor import Supervisor
 from plc.registers import REGISTERS
 
 
@@ -30,23 +29,10 @@ def add_replay(command: argparse.ArgumentParser) -> None:
 def run_replay(given: argparse.Namespace) -> None:
     def load() -> Settings:
         settings = settings_file.load(given.config)
-        sizing = _replayed(settings.sizing, given.recording, given.rig)
+        sizing = settings.sizing.with_recording(given.recording, given.rig)
         return settings.model_copy(update={"sizing": sizing})
 
     _serve(load)
-
-
-def _replayed(
-    sizing: SizingSettings | ConveyorSettings, recording: Path, rig: Path | None
-) -> SizingSettings | ConveyorSettings:
-    """Settings with a recording in place of the camera."""
-    if isinstance(sizing, ConveyorSettings):
-        if rig is not None:
-            raise CommandError('--rig: sizing.method = "conveyor" has none; leave it out')
-        return sizing.model_copy(update={"camera": RecordedPictures(kind="recording", path=recording)})
-    if rig is None:
-        raise CommandError("--rig: the rig file of these cameras is missing; make it with hotgauge calibrate")
-    return sizing.model_copy(update={"camera": RecordingCamera(kind="recording", path=recording), "rig": rig})
 
 
 def _serve(load: Callable[[], Settings]) -> None:
@@ -90,7 +76,7 @@ def welcome(settings: Settings, port: int) -> list[str]:
     address = next(row.address for row in REGISTERS if row.name == "diameter")
     host = "127.0.0.1" if settings.plc.host in {"0.0.0.0", "::"} else settings.plc.host  # noqa: S104
     order = " -B" if settings.plc.word_order == "big" else ""
-    source = _source_in_words(settings.sizing)
+    source = settings.sizing.camera.in_words
     lines = [
         f"Hotgauge measures {source} and serves Modbus TCP on {settings.plc.host}:{port}",
         f"  live values      hotgauge poll {host} --port {port}",
@@ -101,14 +87,3 @@ def welcome(settings: Settings, port: int) -> list[str]:
     if settings.plc.writes != "none" and state_folder(settings.plc) is None:
         lines.append("  set points       kept in memory only; set plc.state_directory to keep them over a restart")
     return lines
-
-
-PAIRS = {"mill": "the simulated mill", "oak": "OAK cameras", "stream": "two streams"}
-SINGLE = {"mill": "the simulated thermal line", "oak": "an OAK camera", "stream": "a stream"}
-
-
-def _source_in_words(sizing: SizingSettings | ConveyorSettings) -> str:
-    camera = sizing.camera
-    if isinstance(camera, (RecordingCamera, RecordedPictures)):
-        return f"the recording {camera.path}"
-    return (SINGLE if isinstance(sizing, ConveyorSettings) else PAIRS)[camera.kind]

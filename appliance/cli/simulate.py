@@ -4,7 +4,8 @@ import argparse
 from collections.abc import Callable
 from pathlib import Path
 
-from appliance.cli.common import CommandError, progress, whole_number
+from appliance.cli.common import progress, whole_number
+from appliance.command_options import CommandError
 
 INGOTS = "ingots"  # and with a dash the scenes of ingots under a condition
 

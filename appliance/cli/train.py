@@ -3,7 +3,8 @@
 import argparse
 from pathlib import Path
 
-from appliance.cli.common import CommandError, progress, whole_number
+from appliance.cli.common import progress, whole_number
+from appliance.command_options import CommandError
 
 PATCHES = 40_000  # of each tree of the edge forest
 

@@ -4,13 +4,8 @@ import enum
 import math
 
 from appliance.sizing.message import ReadingMessage
-from appliance.sizing.published import (
-    BAR_HEAD,
-    BAR_TAIL,
-    BAR_TOO_SHORT,
-    NO_BAR,
-)
 from plc.rows import Value
+from vision.reasons import Reason
 
 BLIND_S = 2.0  # a bar that is seen again after so long may be another one
 
@@ -26,19 +21,19 @@ class Part(enum.Enum):
     LEAVE = "leave"
 
 
-def part_of_bar(reasons: int) -> Part:
+def part_of_bar(reasons: Reason) -> Part:
     """Part of the bar that a reading with these reasons is of; a bar with both ends in the region shows its head."""
-    if reasons & NO_BAR:
+    if Reason.NO_BAR in reasons:
         return Part.NONE
-    short = bool(reasons & BAR_TOO_SHORT)
-    if reasons & BAR_HEAD:
+    short = Reason.BAR_TOO_SHORT in reasons
+    if Reason.BAR_HEAD in reasons:
         return Part.ENTER if short else Part.HEAD
-    if reasons & BAR_TAIL:
+    if Reason.BAR_TAIL in reasons:
         return Part.LEAVE if short else Part.TAIL
     return Part.BODY
 
 
-class PerBar:
+class BarStatistics:
     """Smallest, mean and largest diameter of the bar that passes, or of the last one until the next begins.
 
     They are those of the bar's body. Its head and its tail count only as long as no body has been seen, as on a bar
@@ -62,15 +57,16 @@ class PerBar:
         self._body = False
         self._smallest_mm = self._mean_mm = self._largest_mm = math.nan
 
-    def take(self, reading: ReadingMessage) -> None:
-        """Take a new reading into account."""
-        away_s = reading.exposed_monotonic_s - self._seen_s
-        if reading.reasons & NO_BAR:
+    def add(self, message: ReadingMessage) -> None:
+        """Count a new reading."""
+        reading = message.reading
+        away_s = message.exposed_monotonic_s - self._seen_s
+        if Reason.NO_BAR in reading.reasons:
             self._passing = self._passing and away_s < self._gap_s
             return
         self._passing = self._passing and away_s < max(BLIND_S, self._gap_s)
-        self._seen_s = reading.exposed_monotonic_s
-        if reading.valid and reading.diameter_mm is not None:
+        self._seen_s = message.exposed_monotonic_s
+        if reading.valid:
             self._add(reading.diameter_mm, body=part_of_bar(reading.reasons) is Part.BODY)
 
     def end(self) -> None:

@@ -1,20 +1,10 @@
 """What a diameter means against the set points: cold size, trust, decision, correction. Pure arithmetic."""
 
-import enum
-
 from appliance.conformity.set_points import SetPoints
 from appliance.sizing.trust import U_MAX_WITHOUT_TOLERANCE_MM
+from plc.codes import Decision
 
 SHARE_OF_TOLERANCE = 8  # U_max is this part of the tolerance's width
-
-
-class Decision(enum.IntEnum):
-    """Outcome against the tolerance, as in the register `decision`."""
-
-    NONE = 0
-    IN = 1
-    OUT = 2
-    UNDECIDED = 3
 
 
 def allowed_uncertainty_mm(points: SetPoints) -> float:

@@ -7,6 +7,7 @@ unacknowledged. Faults say what is wrong with the gauge; alarms call an operator
 from collections.abc import Iterable, Set
 from typing import Literal, NamedTuple
 
+from appliance.diagnostics.fault_table import FAULTS
 from plc.registers import REGISTERS
 
 Priority = Literal["low", "medium", "high"]
@@ -21,9 +22,9 @@ class AlarmRow(NamedTuple):
         Coil of the register map.
     priority : {"low", "medium", "high"}
         By how soon somebody must act.
-    causes : tuple of str
-        Names in the fault table, or a condition of the process: `wrong_orientation`, `out_of_tolerance`,
-        `low_trust`, `plc_silent`.
+    conditions : tuple of str
+        Conditions of the process that cause it, beside the faults whose row names it: `wrong_orientation`,
+        `out_of_tolerance`, `low_trust`, `plc_silent`.
     on_delay_s, off_delay_s : float
         Time that the cause must last before the alarm is active, and be gone before it is not.
     text : str
@@ -34,11 +35,16 @@ class AlarmRow(NamedTuple):
 
     name: str
     priority: Priority
-    causes: tuple[str, ...]
+    conditions: tuple[str, ...]
     on_delay_s: float
     off_delay_s: float
     text: str
     remedy: str
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """Conditions of the process and names in the fault table that make this alarm active."""
+        return (*self.conditions, *(fault.name for fault in FAULTS if fault.alarm == self.name))
 
 
 ALARMS: tuple[AlarmRow, ...] = (
@@ -72,14 +78,7 @@ ALARMS: tuple[AlarmRow, ...] = (
     AlarmRow(
         "alarm_camera",
         "high",
-        (
-            "camera_lost",
-            "camera_frozen",
-            "pair_out_of_step",
-            "picture_blank",
-            "picture_size_changed",
-            "camera_clock_wrong",
-        ),
+        (),
         0.0,
         1.0,
         "a camera is lost or cannot be believed",
@@ -88,7 +87,7 @@ ALARMS: tuple[AlarmRow, ...] = (
     AlarmRow(
         "alarm_stale",
         "medium",
-        ("reading_stale",),
+        (),
         0.0,
         1.0,
         "the newest reading is too old",
@@ -97,7 +96,7 @@ ALARMS: tuple[AlarmRow, ...] = (
     AlarmRow(
         "alarm_calibration",
         "medium",
-        ("rig_unusable", "references_unusable", "empty_line_unusable", "calibration_due"),
+        (),
         0.0,
         1.0,
         "the calibration is missing or due",
@@ -115,7 +114,7 @@ ALARMS: tuple[AlarmRow, ...] = (
     AlarmRow(
         "alarm_internal",
         "high",
-        ("station_restarting", "station_failing", "not_measuring"),
+        (),
         0.0,
         1.0,
         "the gauge itself has failed",
@@ -131,6 +130,7 @@ class _State:
 
     def __init__(self, row: AlarmRow) -> None:
         self._row = row
+        self.causes = frozenset(row.causes)
         self._differs_since_s: float | None = None
         self.active = False
         self.acknowledged = True
@@ -168,8 +168,8 @@ class Alarms:
             While true no alarm comes and none is shown; what was unacknowledged before is shown again after.
         """
         self._suppressed = suppressed
-        for row, state in self._states.items():
-            state.update(now_s, cause=not (suppressed or causes.isdisjoint(row.causes)))
+        for state in self._states.values():
+            state.update(now_s, cause=not (suppressed or causes.isdisjoint(state.causes)))
 
     def acknowledge(self) -> None:
         """Acknowledge every alarm that is there now."""

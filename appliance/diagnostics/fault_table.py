@@ -1,18 +1,9 @@
 """The fault table: trouble with the equipment, its NE 107 class, its text and its remedy."""
 
-import enum
 import logging
 from typing import NamedTuple
 
-
-class DeviceState(enum.IntEnum):
-    """NAMUR NE 107 classes; the larger number is the worse state."""
-
-    GOOD = 0
-    MAINTENANCE_REQUIRED = 1
-    OUT_OF_SPECIFICATION = 2
-    FUNCTION_CHECK = 3
-    FAILURE = 4
+from plc.codes import DeviceState
 
 
 class FaultRow(NamedTuple):
@@ -33,6 +24,8 @@ class FaultRow(NamedTuple):
         What to do about it.
     bit : int
         Bit of `fault_word`; never changes its meaning.
+    alarm : str
+        Alarm of the alarm table that it causes; empty for none.
     latching : bool
         Whether the bit stays after the fault is over, with "maintenance required", until it is acknowledged.
     """
@@ -44,6 +37,7 @@ class FaultRow(NamedTuple):
     text: str
     remedy: str
     bit: int
+    alarm: str = ""
     latching: bool = False
 
     @property
@@ -61,6 +55,7 @@ FAULTS: tuple[FaultRow, ...] = (
         "the cameras give no pictures",
         "check power and cables of both cameras, or the path of the recording",
         bit=0,
+        alarm="alarm_camera",
     ),
     FaultRow(
         102,
@@ -79,6 +74,7 @@ FAULTS: tuple[FaultRow, ...] = (
         "a camera delivers the same picture again and again",
         "restart the camera by its power; if it comes back, replace it",
         bit=2,
+        alarm="alarm_camera",
     ),
     FaultRow(
         104,
@@ -88,6 +84,7 @@ FAULTS: tuple[FaultRow, ...] = (
         "the two cameras do not expose at the same moment",
         "check the synchronisation cable or the network's clock",
         bit=3,
+        alarm="alarm_camera",
     ),
     FaultRow(
         105,
@@ -97,6 +94,7 @@ FAULTS: tuple[FaultRow, ...] = (
         "a camera's picture is black, or even all over",
         "take off the lens cap, clean the window, check the exposure",
         bit=4,
+        alarm="alarm_camera",
     ),
     FaultRow(
         106,
@@ -106,6 +104,7 @@ FAULTS: tuple[FaultRow, ...] = (
         "a camera's pictures have changed their size",
         "restart the camera with the size that it was calibrated with",
         bit=5,
+        alarm="alarm_camera",
     ),
     FaultRow(
         107,
@@ -115,6 +114,7 @@ FAULTS: tuple[FaultRow, ...] = (
         "a camera's clock jumps, so the age of its pictures is unknown",
         "restart the camera; if it comes back, replace it",
         bit=6,
+        alarm="alarm_camera",
     ),
     FaultRow(
         108,
@@ -169,6 +169,7 @@ FAULTS: tuple[FaultRow, ...] = (
         "the calibration of the two cameras cannot be used",
         "run hotgauge calibrate and set sizing.rig to the file that it writes",
         bit=9,
+        alarm="alarm_calibration",
     ),
     FaultRow(
         202,
@@ -178,6 +179,7 @@ FAULTS: tuple[FaultRow, ...] = (
         "the references or regions of the ingot camera cannot be used",
         "mend the folder that ingot.references names, or the settings under ingot",
         bit=19,
+        alarm="alarm_calibration",
     ),
     FaultRow(
         203,
@@ -187,6 +189,7 @@ FAULTS: tuple[FaultRow, ...] = (
         "the picture of the empty line cannot be used, or shows no pair of barriers",
         "set sizing.conveyor.background to a picture of the line without a bar, by this camera",
         bit=20,
+        alarm="alarm_calibration",
     ),
     FaultRow(
         301,
@@ -196,6 +199,7 @@ FAULTS: tuple[FaultRow, ...] = (
         "the newest reading is too old",
         "wait for the measuring process to be started again; if it comes back, the computer is overloaded",
         bit=10,
+        alarm="alarm_stale",
     ),
     FaultRow(
         302,
@@ -205,6 +209,7 @@ FAULTS: tuple[FaultRow, ...] = (
         "the measuring process runs but measures nothing",
         "wait a minute for it to be started again; if it comes back, send the log to the maker",
         bit=11,
+        alarm="alarm_internal",
     ),
     FaultRow(
         303,
@@ -223,6 +228,7 @@ FAULTS: tuple[FaultRow, ...] = (
         "a camera has moved since its calibration",
         "fix the cameras and run hotgauge calibrate",
         bit=30,
+        alarm="alarm_calibration",
     ),
     FaultRow(
         401,
@@ -232,6 +238,7 @@ FAULTS: tuple[FaultRow, ...] = (
         "the measuring process ended and is started again",
         "if it comes back, send the log to the maker",
         bit=12,
+        alarm="alarm_internal",
     ),
     FaultRow(
         402,
@@ -242,6 +249,7 @@ FAULTS: tuple[FaultRow, ...] = (
         "read in the log why it ends; run hotgauge doctor; send the log to the maker",
         bit=13,
         latching=True,
+        alarm="alarm_internal",
     ),
     FaultRow(
         501,

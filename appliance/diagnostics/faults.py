@@ -6,9 +6,10 @@ A fault is trouble with the equipment, not with the bar. It owns the NE 107 clas
 """
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
-from appliance.diagnostics.fault_table import FAULTS, DeviceState, FaultRow
+from appliance.diagnostics.fault_table import FAULTS, FaultRow
+from plc.codes import DeviceState
 
 logger = logging.getLogger("hotgauge.faults")
 
@@ -18,14 +19,14 @@ _ROWS = {row.name: row for row in FAULTS}
 class Faults:
     """The faults that are active now, and those that wait to be acknowledged.
 
-    Attributes
+    Parameters
     ----------
-    product : int
-        The mill's number of the product that is measured, for the log.
+    product_id : callable
+        Gives the mill's number of the product that is measured, for the log.
     """
 
-    def __init__(self) -> None:
-        self.product = 0
+    def __init__(self, product_id: Callable[[], int] = lambda: 0) -> None:
+        self._product_id = product_id
         self._active: set[tuple[str, str]] = set()
         self._latched: set[str] = set()
 
@@ -85,7 +86,7 @@ class Faults:
             "HOTGAUGE_FAULT": row.code,
             "HOTGAUGE_FAULT_NAME": row.name,
             "HOTGAUGE_STATION": station,
-            "HOTGAUGE_PRODUCT": self.product,
+            "HOTGAUGE_PRODUCT": self._product_id(),
         }
 
     @property

@@ -1,10 +1,11 @@
 """Message of the ingot station to the supervisor."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, TypeAdapter
 
-from appliance.processes.message import StationMessage
+from appliance.processes.message import NAN_AS_NULL, Messages, StateMessage, StationMessage
+from vision.readings import OrientationReading
 
 
 class IngotVerdict(StationMessage):
@@ -32,7 +33,7 @@ class IngotVerdict(StationMessage):
 
 
 class IngotMessage(StationMessage):
-    """One picture of the ingot line; a value that does not exist is None.
+    """One picture of the ingot line.
 
     Attributes
     ----------
@@ -45,12 +46,8 @@ class IngotMessage(StationMessage):
     dropped : int
         Pictures and messages discarded since the process started.
     simulated : bool
-    present : bool
-        Whether an end lies on the line.
-    reasons : int
-        Bits of `ingot_reason_word`.
-    ssim_top, ssim_bottom : float or None
-        Of this picture.
+    reading : OrientationReading
+        What this picture alone says.
     current : IngotVerdict or None
         What is known of the ingot on the line.
     told : tuple of IngotVerdict
@@ -66,10 +63,10 @@ class IngotMessage(StationMessage):
     elapsed_ms: float
     dropped: int
     simulated: bool
-    present: bool
-    reasons: int
-    ssim_top: float | None
-    ssim_bottom: float | None
+    reading: Annotated[OrientationReading, NAN_AS_NULL]
     current: IngotVerdict | None
     told: tuple[IngotVerdict, ...] = ()
     faults: dict[str, str] = Field(default_factory=dict)
+
+
+MESSAGES: Messages[IngotMessage] = TypeAdapter(Annotated[StateMessage | IngotMessage, Field(discriminator="kind")])

@@ -1,16 +1,12 @@
 """What the ingot station puts into the registers: the ingot on the line, and the last ingots for slow PLCs."""
 
 from appliance.ingot.message import IngotMessage, IngotVerdict
+from plc.codes import Orientation, Validity
 from plc.rings import SLOTS
 from plc.rows import Value
+from vision.reasons import IngotReason
 
-# Bits of `ingot_reason_word` that are known without the vision library; a test compares them with its table.
-NO_PICTURE = 1 << 7
-STALE = 1 << 8
-STARTING = 1 << 9
-HELD = 1 << 10
-
-ORIENTATIONS = {"top": 1, "bottom": 2, "undecided": 3}
+ORIENTATION_CODES = {"top": Orientation.TOP, "bottom": Orientation.BOTTOM, "undecided": Orientation.UNDECIDED}
 AGE_LARGEST_MS = 0xFFFFFFFE  # one more is "no value"
 
 
@@ -24,113 +20,118 @@ class IngotPublication:
 
     Attributes
     ----------
-    held : bool
-        The PLC holds the gauge: nothing is served.
     stale_after_ms : int
     simulated : bool
         Whether the pictures are of a simulated line or of a recording.
+    stale : bool
+        Whether there is a picture and it was too old to stand at the last `update`.
     """
 
     def __init__(self, stale_after_ms: int) -> None:
-        self.held = False
         self.simulated = False
         self.stale_after_ms = stale_after_ms
-        self._message: IngotMessage | None = None
-        self._without = STARTING
+        self.stale = False
+        self._newest: IngotMessage | None = None
+        self._standing: IngotMessage | None = None
+        self._age_ms = 0.0
+        self._without_picture = IngotReason.STARTING
+        self._reasons = IngotReason.STARTING
         self._before = 0  # ingots of the processes that have ended
         self._ingots = 0
-        self._told = 0
+        self._published = 0  # number of the newest ingot in the ring
         self._index = 0
         self._ring: dict[str, Value] = {}
 
-    def take(self, message: IngotMessage) -> None:
-        """Let a new picture stand in place of the one before."""
-        self._message = message
+    def add(self, message: IngotMessage) -> None:
+        """Let a new picture stand in place of the one before; `update` says what of it may be served."""
+        self._newest = message
         self.simulated = message.simulated
         for verdict in message.told:
-            if self._before + verdict.ingot > self._told:
+            if self._before + verdict.ingot > self._published:
                 self._write(verdict)
         if message.current is not None:
             self._ingots = max(self._ingots, self._before + message.current.ingot)
 
-    def withdraw(self, reason: int, *, restarted: bool) -> None:
-        """Let no picture stand; `reason`, a bit of `ingot_reason_word`, says why; a new process counts anew."""
-        self._message = None
-        self._without = reason
+    def withdraw(self, reason: IngotReason, *, restarted: bool) -> None:
+        """Let no picture stand.
+
+        Parameters
+        ----------
+        reason : IngotReason
+            Why.
+        restarted : bool
+            A new process counts its ingots from 1 again.
+        """
+        self._newest = None
+        self._without_picture = reason
         if restarted:
-            self._before = self._told = self._ingots
+            self._before = self._published = self._ingots
 
-    def stale(self, now_s: float) -> bool:
-        """Whether there is a picture and it is too old to stand."""
-        return self._message is not None and _age_ms(self._message, now_s) > self.stale_after_ms
-
-    def wrong_orientation(self, now_s: float) -> bool:
-        """Whether the ingot on the line was decided to show its top."""
-        message = self._standing(now_s)
-        return message is not None and message.current is not None and message.current.orientation == "top"
-
-    def values(self, now_s: float) -> dict[str, Value]:
-        """Values of the registers at one moment, by name; None is "no value".
+    def update(self, now_s: float, *, held: bool) -> None:
+        """Decide what may be served at one moment.
 
         Parameters
         ----------
         now_s : float
             Monotonic time of the swap.
+        held : bool
+            The PLC holds the gauge: nothing is served.
         """
-        message = self._standing(now_s)
-        reasons = self._reasons(now_s)
+        newest = self._newest
+        self._age_ms = 0.0 if newest is None else max(0.0, 1000 * (now_s - newest.exposed_monotonic_s))
+        self.stale = newest is not None and self._age_ms > self.stale_after_ms
+        self._standing = None if held or self.stale else newest
+        reasons = self._without_picture if newest is None else newest.reading.reasons
+        self._reasons = reasons | (IngotReason.STALE if self.stale else 0) | (IngotReason.HELD if held else 0)
+
+    @property
+    def wrong_orientation(self) -> bool:
+        """Whether the ingot on the line was decided to show its top."""
+        current = self._standing.current if self._standing is not None else None
+        return current is not None and current.orientation == "top"
+
+    def values(self) -> dict[str, Value]:
+        """Values of the registers at the last `update`, by name; None and NaN are "no value"."""
         values: dict[str, Value] = {
-            "ingot_reason_word": reasons,
+            "ingot_reason_word": self._reasons,
             "ingot_sequence": self._ingots,
             "ingot_ring_index": self._index,
         }
-        if self._message is not None:
-            values["ingot_age"] = min(round(_age_ms(self._message, now_s)), AGE_LARGEST_MS)
-        if message is not None:
-            values |= {"ssim_top": message.ssim_top, "ssim_bottom": message.ssim_bottom}
-            values |= {"ingot_present": message.present} | _known(message.current, reasons)
+        if self._newest is not None:
+            values["ingot_age"] = min(round(self._age_ms), AGE_LARGEST_MS)
+        if self._standing is not None:
+            reading = self._standing.reading
+            values |= {"ssim_top": reading.ssim_top, "ssim_bottom": reading.ssim_bottom}
+            values |= {"ingot_present": reading.present} | _known(self._standing.current, self._reasons)
         return values | self._ring
-
-    def _standing(self, now_s: float) -> IngotMessage | None:
-        return None if self.held or self.stale(now_s) else self._message
-
-    def _reasons(self, now_s: float) -> int:
-        held = HELD if self.held else 0
-        if self._message is None:
-            return held | self._without
-        return held | self._message.reasons | (STALE if self.stale(now_s) else 0)
 
     def _write(self, verdict: IngotVerdict) -> None:
         """Write an ingot over the oldest in the ring."""
-        self._told = self._before + verdict.ingot
-        self._ingots = max(self._ingots, self._told)
+        self._published = self._before + verdict.ingot
+        self._ingots = max(self._ingots, self._published)
         slot = f"ingot_{self._index % SLOTS}_"
         values: dict[str, Value] = {
             "timestamp": verdict.told_utc_ms,
             "ssim_top": verdict.ssim_top,
             "ssim_bottom": verdict.ssim_bottom,
             "confidence": verdict.confidence,
-            "sequence": self._told,
-            "validity": int(verdict.orientation != "undecided"),
-            "orientation": ORIENTATIONS[verdict.orientation],
+            "sequence": self._published,
+            "validity": Validity.NONE if verdict.orientation == "undecided" else Validity.VALID,
+            "orientation": ORIENTATION_CODES[verdict.orientation],
         }
         self._ring |= {slot + name: value for name, value in values.items()}
         self._index += 1
 
 
-def _age_ms(message: IngotMessage, now_s: float) -> float:
-    return max(0.0, 1000 * (now_s - message.exposed_monotonic_s))
-
-
-def _known(verdict: IngotVerdict | None, reasons: int) -> dict[str, Value]:
+def _known(verdict: IngotVerdict | None, reasons: IngotReason) -> dict[str, Value]:
     """Orientation, confidence and validity of the ingot on the line."""
     if verdict is None:
         return {}
-    validity = 0
+    validity = Validity.NONE
     if verdict.orientation != "undecided":
-        validity = 2 if reasons else 1
+        validity = Validity.VALID_WITH_REASONS if reasons else Validity.VALID
     return {
-        "ingot_orientation": ORIENTATIONS[verdict.orientation],
+        "ingot_orientation": ORIENTATION_CODES[verdict.orientation],
         "ingot_confidence": verdict.confidence,
         "ingot_validity": validity,
     }

@@ -1,7 +1,6 @@
 """The ingot reader as the appliance sets it up: references and regions from a folder, limits from the settings."""
 
 import json
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
@@ -12,7 +11,7 @@ from appliance.cameras.recording.pairs import read_picture
 from appliance.cameras.source import CameraError
 from appliance.ingot.settings import IngotDecisionSettings, IngotLimits, IngotSettings
 from vision.ingot.end_finder import Box, EndFinder, EndLimits
-from vision.ingot.orientation_reader import OrientationReader, References
+from vision.ingot.orientation_reader import IngotView, OrientationReader, References
 from vision.ingot.sequential_decision import DecisionRule
 
 Picture = NDArray[np.uint8]
@@ -24,22 +23,6 @@ CENTROID_SHARE = (0.33, 0.3, 0.34, 0.55)
 
 class ReferencesError(Exception):
     """References, regions or limits cannot be used; the message says what, where and what to do."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class IngotView:
-    """What must be known of a camera before its ingots can be read.
-
-    Attributes
-    ----------
-    references : References
-    crop, centroid : Box or None
-        None: shares of the picture.
-    """
-
-    references: References
-    crop: Box | None = None
-    centroid: Box | None = None
 
 
 def load_view(folder: Path) -> IngotView:

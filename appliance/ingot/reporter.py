@@ -53,10 +53,7 @@ class IngotReporter:
             elapsed_ms=elapsed_ms,
             dropped=frame.dropped + dropped,
             simulated=simulated,
-            present=reading.present,
-            reasons=int(reading.reasons),
-            ssim_top=_number(reading.ssim_top),
-            ssim_bottom=_number(reading.ssim_bottom),
+            reading=reading,
             current=None if current is None else _verdict(current, now_ms),
             told=tuple(self._told),
         )

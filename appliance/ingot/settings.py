@@ -1,12 +1,14 @@
 """Settings of the ingot station."""
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
-from appliance.cameras.kinds import NoCamera, PictureCamera
+from appliance.cameras.kinds import IngotCamera
+from appliance.cameras.off.settings import NoCamera
 from appliance.cameras.settings import LivenessSettings
 from appliance.settings.section import FilePath, Section, unit
+from vision.ingot.classifiers.names import ClassifierName
 
 
 def _unset_or_box(numbers: list[int]) -> list[int]:
@@ -109,12 +111,12 @@ class IngotDecisionSettings(Section):
 class IngotSettings(Section):
     """The ingot station."""
 
-    camera: PictureCamera = Field(default_factory=NoCamera, description="Where pictures come from")
+    camera: IngotCamera = Field(default_factory=NoCamera, description="Where pictures come from")
     references: FilePath | None = Field(
         default=None,
         description="Folder with top.png, bottom.png and perhaps roi.json; the simulated line can do without",
     )
-    classifier: Literal["wrinkles", "dual", "single"] = Field(
+    classifier: ClassifierName = Field(
         default="wrinkles", description="How one picture is judged; dual and single are those of the dissertation"
     )
     crop: Box = Field(default=[], description="Part of the picture that is looked at; []: as roi.json says")

@@ -1,4 +1,4 @@
-"""What a measuring process says to the supervisor: small messages, one JSON line each, no images.
+"""The measuring process's end of the link to the supervisor: small messages, one JSON line each, no images.
 
 The supervisor may read any number of them late and the process may die in the middle of one; neither may
 stop the other. So the process never waits on the link (what cannot be sent is dropped and counted), and the
@@ -6,21 +6,8 @@ supervisor uses the newest.
 """
 
 import socket
-from typing import Annotated
 
-from pydantic import Field, TypeAdapter
-
-from appliance.ingot.message import IngotMessage
-from appliance.processes.message import StateMessage
-from appliance.sizing.message import ReadingMessage
-
-Message = StateMessage | ReadingMessage | IngotMessage
-_MESSAGE: TypeAdapter[Message] = TypeAdapter(Annotated[Message, Field(discriminator="kind")])
-
-
-def parse(line: bytes) -> Message:
-    """Message of one line; raises ValueError when the line is not one."""
-    return _MESSAGE.validate_json(line)
+from appliance.processes.message import StationMessage
 
 
 class StationLink:
@@ -30,15 +17,19 @@ class StationLink:
     ----------
     connection : socket.socket
         Connected stream socket; its receiving side stays untouched.
+
+    Attributes
+    ----------
+    dropped : int
+        Messages that could not be sent because the supervisor did not read.
     """
 
     def __init__(self, connection: socket.socket) -> None:
+        self.dropped = 0
         self._connection = connection
         self._unsent = b""
-        self.dropped = 0
-        """Messages that could not be sent because the supervisor did not read."""
 
-    def send(self, message: Message) -> None:
+    def send(self, message: StationMessage) -> None:
         """Send a message now or drop it; never waits, never raises when the other side is gone."""
         self._flush()
         if self._unsent:
@@ -53,5 +44,5 @@ class StationLink:
         try:
             sent = self._connection.send(self._unsent, socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL)
         except OSError:
-            return  # full, or the supervisor is gone: who watches the link ends this process then
+            return  # full, or the supervisor is gone: the thread that watches the link then ends this process
         self._unsent = self._unsent[sent:]

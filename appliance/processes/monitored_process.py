@@ -12,10 +12,9 @@ import sys
 import time
 from asyncio.subprocess import DEVNULL, Process
 from collections.abc import Callable
-from typing import Literal, NamedTuple
+from typing import Generic, Literal, NamedTuple
 
-from appliance.processes.link import Message, parse
-from appliance.processes.message import StateMessage
+from appliance.processes.message import Messages, MessageT, StateMessage
 from appliance.processes.resource_limits import EXIT_OUT_OF_MEMORY
 
 SILENCE_LIMIT_S = 4.0  # after a reading: the next one, or a fault, comes long before
@@ -47,7 +46,7 @@ class Health(NamedTuple):
     detail: str = ""
 
 
-class Keeper:
+class MonitoredProcess(Generic[MessageT]):
     """Keeps one measuring process running.
 
     Parameters
@@ -56,6 +55,8 @@ class Keeper:
         Python module that is run, with the number of its link's file descriptor as argument.
     settings_json : str
         One line, sent over the link first.
+    messages : TypeAdapter
+        Reads the lines that the process sends.
     on_message : callable
         Gets each message as soon as it is there.
     on_health : callable
@@ -66,11 +67,13 @@ class Keeper:
         self,
         module: str,
         settings_json: str,
-        on_message: Callable[[Message], None],
+        messages: Messages[MessageT],
+        on_message: Callable[[StateMessage | MessageT], None],
         on_health: Callable[[Health], None],
     ) -> None:
         self._module = module
         self._settings_json = settings_json
+        self._messages = messages
         self._on_message = on_message
         self._on_health = on_health
         self._life: asyncio.Task[str] | None = None
@@ -78,7 +81,7 @@ class Keeper:
         self._ends = 0
         self._measures_since_s = math.inf
 
-    async def keep(self) -> None:
+    async def run(self) -> None:
         """Start processes until cancelled; none is left when this returns."""
         while True:
             self._measures_since_s = math.inf
@@ -88,7 +91,7 @@ class Keeper:
             except asyncio.CancelledError:
                 if (task := asyncio.current_task()) and task.cancelling():
                     raise
-                self._ends = 0  # the process was cancelled and not its keeper: it has new settings
+                self._ends = 0  # the process was cancelled and not `run`: it has new settings
                 self._tell("restarting", ended=True, detail="the measuring process is started with new settings")
                 continue
             await asyncio.sleep(self._count_end(reason))
@@ -108,7 +111,7 @@ class Keeper:
         self._tell("restarting", ended=True, detail=reason)
         return min(PAUSE_FIRST_S * 2 ** (self._ends - 1), PAUSE_LONGEST_S)
 
-    def _hear(self, message: Message) -> None:
+    def _receive(self, message: StateMessage | MessageT) -> None:
         if not isinstance(message, StateMessage):
             self._measures_since_s = min(self._measures_since_s, time.monotonic())
             if self._state != "failing" or self._runs_well():
@@ -137,7 +140,7 @@ class Keeper:
             reader, writer = await asyncio.open_unix_connection(sock=ours)
             try:
                 writer.write(self._settings_json.encode() + b"\n")
-                reason = await _listen(reader, self._hear)
+                reason = await _listen(reader, self._messages, self._receive)
             finally:
                 writer.close()
                 await _end(process)
@@ -152,7 +155,11 @@ async def _start(module: str, link: int) -> Process:
     )  # fmt: skip
 
 
-async def _listen(reader: asyncio.StreamReader, on_message: Callable[[Message], None]) -> str:
+async def _listen(
+    reader: asyncio.StreamReader,
+    messages: Messages[MessageT],
+    on_message: Callable[[StateMessage | MessageT], None],
+) -> str:
     limit_s = START_LIMIT_S
     heard_s = time.monotonic()
     try:
@@ -162,10 +169,11 @@ async def _listen(reader: asyncio.StreamReader, on_message: Callable[[Message], 
                 line = await reader.readline()
             if not line.endswith(b"\n"):
                 return "the measuring process ended"  # a half-written last line is no message
-            message = parse(line)
+            message = messages.validate_json(line)
             on_message(message)
             measures = not isinstance(message, StateMessage)
-            # saying that one starts is no work; compiling is, and the station itself limits it
+            # `starting` does not restart the silence timer. `warming` does; the station stops sending it after
+            # WARM_UP_TIME_S.
             if measures or message.fault or message.state == "warming":
                 limit_s = SILENCE_LIMIT_S if measures else START_LIMIT_S
                 heard_s = time.monotonic()

@@ -1,6 +1,6 @@
 """What all station processes have in common: a link whose first line holds the settings, and an end with the link.
 
-The supervisor runs `python -m appliance.stations.NAME DESCRIPTOR`; the descriptor is a connected socket.
+The supervisor runs `python -m appliance.NAME.station DESCRIPTOR`; the descriptor is a connected socket.
 """
 
 import contextlib
@@ -10,25 +10,30 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from importlib import import_module
-from types import ModuleType
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 from pydantic import TypeAdapter
 
 from appliance.cameras.liveness import Verdict
 from appliance.cameras.source import CameraError
-from appliance.ingot.settings import IngotSettings
 from appliance.processes.link import StationLink
 from appliance.processes.message import StateMessage
 from appliance.processes.resource_limits import EXIT_OUT_OF_MEMORY, limit_process
-from appliance.sizing.conveyor.settings import ConveyorSettings
-from appliance.sizing.stereo.settings import SizingSettings
 
 LEAVE_TIME_S = 2.0
 REOPEN_AFTER_S = 5.0  # cameras whose pictures have not counted for so long are opened again
 
-SettingsT = TypeVar("SettingsT", bound=SizingSettings | ConveyorSettings | IngotSettings)
+
+class StationSettings(Protocol):
+    """What every station's settings hold, whatever it measures."""
+
+    @property
+    def memory_max_mb(self) -> int:
+        """Memory of the process, MB, above which it ends."""
+        ...
+
+
+SettingsT = TypeVar("SettingsT", bound=StationSettings)
 
 
 def serve(
@@ -75,11 +80,3 @@ def tell_lost(verdict: Verdict, link: StationLink, *, opens_again: bool) -> None
         if opens_again and verdict.lost_s > REOPEN_AFTER_S:  # a recording would begin anew and never end
             raise CameraError(detail, name)
         link.send(fault(name, detail))
-
-
-def oak() -> ModuleType:
-    """The module of OAK cameras, which needs an extra; raises `CameraError` where that is not installed."""
-    try:
-        return import_module("appliance.cameras.oak.source")
-    except ImportError as error:
-        raise CameraError("depthai is not installed; install it with: pip install 'hotgauge[oak]'") from error

@@ -12,20 +12,13 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 from appliance.cameras.liveness import Exposure
-from appliance.cameras.simulated.settings import MillCamera
 from appliance.cameras.source import CameraError
 from appliance.service import systemd as service
 from appliance.service.install import UNIT
 from appliance.settings.file import SettingsError
-from appliance.sizing.conveyor.empty_line import EmptyLineError
-from appliance.sizing.conveyor.gauge import conveyor_gauge
-from appliance.sizing.conveyor.settings import ConveyorSettings
-from appliance.sizing.station import source_of
-from appliance.sizing.stereo.gauge import TimedGauge
-from appliance.sizing.stereo.rig_file import RigError, load_rig
+from appliance.sizing.method import ScaleError
 from appliance.supervisor.self_check import SelfCheck
 from appliance.supervisor.settings import Settings, load, state_folder
-from vision.sizing.gauge import Gauge
 
 PICTURE_WITHIN_S = 10.0
 FREE_MB_MIN = 200
@@ -65,51 +58,29 @@ def examine(config: Path | None) -> Iterator[Check]:
         yield Check("settings", "BAD", str(error))
         return
     yield Check("settings", "good", f"{config or 'the defaults'}")
-    checks: tuple[Callable[[Settings], Check], ...] = (_reference, _cameras, _port, _service, _disk, _cache, _memory)
+    checks: tuple[Callable[[Settings], Check], ...] = (_scale, _cameras, _port, _service, _disk, _cache, _memory)
     for check in checks:
         yield check(settings)
 
 
-def _reference(settings: Settings) -> Check:
-    """What makes millimetres of pixels: the rig, or the barriers of the empty line."""
-    sizing = settings.sizing
-    if isinstance(sizing, ConveyorSettings):
-        return _barriers(sizing)
-    if sizing.rig is None:
-        if isinstance(sizing.camera, MillCamera):
-            return Check("rig", "note", "none; the simulated mill calibrates itself")
-        return Check("rig", "BAD", "sizing.rig is not set; make a rig file with `hotgauge calibrate` and set it")
-    try:
-        TimedGauge(load_rig(sizing.rig), str(sizing.rig), Gauge)
-    except RigError as error:
-        return Check("rig", "BAD", str(error))
-    return Check("rig", "good", str(sizing.rig))
-
-
-def _barriers(sizing: ConveyorSettings) -> Check:
-    try:
-        gauge = conveyor_gauge(sizing, source_of(sizing))
-    except (CameraError, EmptyLineError) as error:
-        return Check("barriers", "BAD", str(error))
-    return Check("barriers", "good", f"two straight ones in {gauge.name}")
+def _scale(settings: Settings) -> Check:
+    """What makes millimetres of pixels, as the sizing method has it."""
+    return Check(*settings.sizing.check_scale())
 
 
 def _cameras(settings: Settings) -> Check:
     sizing = settings.sizing
     kind = sizing.camera.kind
     try:
-        with source_of(sizing) as source:
+        with sizing.make_source() as source:
             exposed = source.next(PICTURE_WITHIN_S)
         if exposed is None:
             return Check("cameras", "BAD", f"{kind}: no pictures within {PICTURE_WITHIN_S:.0f} s; check the cameras")
         pictures = Exposure.of(exposed).pictures
-        if isinstance(sizing, ConveyorSettings):
-            conveyor_gauge(sizing, source).measure(*pictures)
-        elif sizing.rig is not None:
-            TimedGauge(load_rig(sizing.rig), str(sizing.rig), Gauge).measure(*pictures)
+        sizing.check_pictures(pictures)
     except CameraError as error:
         return Check("cameras", "BAD", f"{kind}: {error}")
-    except (RigError, EmptyLineError) as error:
+    except ScaleError as error:
         return Check("cameras", "BAD", f"{kind}: pictures do not fit: {error}")
     rows, columns = pictures[0].shape[:2]
     what = "a pair" if len(pictures) > 1 else "a picture"

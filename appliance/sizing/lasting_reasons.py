@@ -1,15 +1,16 @@
 """Reasons that last and so become faults of the gauge."""
 
 from appliance.sizing.message import ReadingMessage
-from appliance.sizing.published import CALIBRATION_DUE, CAMERA_MOVED, LOW_CONTRAST, NO_BAR
+from vision.reasons import Reason
 
-LASTING = {
-    "contrast_low": LOW_CONTRAST,
-    "calibration_due": CALIBRATION_DUE | CAMERA_MOVED,
+LASTING_REASONS = {
+    "contrast_low": Reason.LOW_CONTRAST,
+    "calibration_due": Reason.CALIBRATION_DUE | Reason.CAMERA_MOVED,
 }
+"""Reasons of each fault."""
 
 
-class Lasting:
+class LastingReasons:
     """Faults that single readings only hint at: reasons that stay for a while.
 
     Parameters
@@ -23,15 +24,19 @@ class Lasting:
         self._since_s: dict[str, float] = {}
         self._active: set[str] = set()
 
-    def take(self, reading: ReadingMessage) -> dict[str, bool]:
-        """Take a new reading into account; which faults are active now."""
-        now_s = reading.exposed_monotonic_s
-        if not reading.reasons & NO_BAR:
-            for fault, bits in LASTING.items():
-                self._see(fault, now_s, there=bool(reading.reasons & bits))
-        return {fault: fault in self._active for fault in LASTING}
+    def add(self, message: ReadingMessage) -> None:
+        """Count a new reading."""
+        reasons = message.reading.reasons
+        if Reason.NO_BAR in reasons:
+            return
+        for fault, bits in LASTING_REASONS.items():
+            self._count(fault, message.exposed_monotonic_s, there=bool(reasons & bits))
 
-    def _see(self, fault: str, now_s: float, *, there: bool) -> None:
+    def faults(self) -> dict[str, bool]:
+        """Whether each fault is active now, by name."""
+        return {fault: fault in self._active for fault in LASTING_REASONS}
+
+    def _count(self, fault: str, now_s: float, *, there: bool) -> None:
         if there == (fault in self._active):
             self._since_s.pop(fault, None)
         elif now_s - self._since_s.setdefault(fault, now_s) >= self._after_s:

@@ -1,14 +1,15 @@
 """Message of the sizing station to the supervisor."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, TypeAdapter
 
-from appliance.processes.message import StationMessage
+from appliance.processes.message import NAN_AS_NULL, Messages, StateMessage, StationMessage
+from vision.readings import SizeReading
 
 
 class ReadingMessage(StationMessage):
-    """One reading; a value that does not exist is None.
+    """One reading.
 
     Attributes
     ----------
@@ -23,14 +24,10 @@ class ReadingMessage(StationMessage):
     dropped : int
         Pairs and readings discarded since the process started, because newer ones were there.
     simulated : bool
-    valid : bool
-        Whether the diameter may be used.
-    reasons : int
-        Bits of `reason_word`.
+    reading : SizeReading
+        What was measured.
     faults : dict of str to str
         Faults that leave the value standing: names in the fault table, and what exactly is wrong.
-    trust_limit : float
-        Most that the trust may be, in percent, whatever windows and uncertainty say.
     """
 
     kind: Literal["reading"] = "reading"
@@ -40,15 +37,8 @@ class ReadingMessage(StationMessage):
     elapsed_ms: float
     dropped: int
     simulated: bool
-    valid: bool
-    reasons: int
-    diameter_mm: float | None
-    expanded_uncertainty_mm: float | None
-    diameter_virtual_board_mm: float | None
-    weighted_deviation_mm: float | None
+    reading: Annotated[SizeReading, NAN_AS_NULL]
     faults: dict[str, str] = Field(default_factory=dict)
-    trust_limit: float = 100.0
-    windows_kept: int
-    windows_total: int
-    alignment_quality: float | None
-    plane_height_mm: float | None
+
+
+MESSAGES: Messages[ReadingMessage] = TypeAdapter(Annotated[StateMessage | ReadingMessage, Field(discriminator="kind")])

@@ -1,22 +1,29 @@
 """What the sizing station puts into the registers: the newest reading, as long as it may stand."""
 
-from appliance.sizing.message import ReadingMessage
-from plc.rows import Value
+from collections.abc import Callable
 
-# Bits of `reason_word` that are known without the vision library; a test compares them with its table.
-NO_BAR = 1 << 0
-NO_PAIR = 1 << 7
-STALE = 1 << 8
-STARTING = 1 << 9
-HELD = 1 << 11
-CAMERA_MOVED = 1 << 14
-BAR_TOO_SHORT = 1 << 15
-LOW_CONTRAST = 1 << 17
-CALIBRATION_DUE = 1 << 25
-BAR_HEAD = 1 << 27
-BAR_TAIL = 1 << 28
+from appliance.sizing.message import ReadingMessage
+from plc.codes import Validity
+from plc.rows import Value
+from vision.readings import SizeReading
+from vision.reasons import Reason
 
 AGE_LARGEST_MS = 0xFFFE  # one more is "no value"
+
+
+PUBLISHED: dict[str, Callable[[SizeReading], Value]] = {
+    "measurement_valid": lambda reading: reading.valid,
+    "bar_present": lambda reading: Reason.NO_BAR not in reading.reasons,
+    "diameter": lambda reading: reading.diameter_mm if reading.valid else None,
+    "expanded_uncertainty": lambda reading: reading.expanded_uncertainty_mm if reading.valid else None,
+    "diameter_virtual_board": lambda reading: reading.diameter_virtual_board_mm,
+    "weighted_deviation": lambda reading: reading.weighted_deviation_mm,
+    "alignment_quality": lambda reading: reading.alignment_quality,
+    "plane_height": lambda reading: reading.plane_height_mm,
+    "windows_kept": lambda reading: reading.windows_kept,
+    "windows_total": lambda reading: reading.windows_total,
+}
+"""Quantities of a reading, by the register that holds each; NaN and None are "no value" there."""
 
 
 class Publication:
@@ -30,102 +37,87 @@ class Publication:
     Attributes
     ----------
     stale_after_ms : int
-    held : bool
-        The PLC holds the gauge: no reading stands.
+    stale : bool
+        Whether there is a reading and it was too old to stand at the last `update`.
+    standing : ReadingMessage or None
+        The reading that may be served; None when there is none, it is stale or the PLC holds the gauge.
     """
 
     def __init__(self, stale_after_ms: int) -> None:
-        self.held = False
         self.stale_after_ms = stale_after_ms
-        self._reading: ReadingMessage | None = None
+        self.stale = False
+        self.standing: ReadingMessage | None = None
+        self._newest: ReadingMessage | None = None
+        self._age_ms = 0.0
         self._cycle_time_ms: float | None = None
         self._dropped = 0
         self._dropped_by_source = 0
-        self._without_reading = STARTING
+        self._without_reading = Reason.STARTING
+        self._reasons = Reason.STARTING
+        self._validity = Validity.NONE
         self._sequence = 0
-        self._quality: tuple[int, int] | None = None
+        self._counted: tuple[Validity, Reason] | None = None
 
-    def take(self, reading: ReadingMessage) -> None:
-        """Let a new reading stand in place of the one before."""
-        before = self._reading
+    def add(self, message: ReadingMessage) -> None:
+        """Let a new reading stand in place of the one before; `update` says what of it may be served."""
+        before = self._newest
         if before is not None:
-            self._cycle_time_ms = 1000 * (reading.exposed_monotonic_s - before.exposed_monotonic_s)
+            self._cycle_time_ms = 1000 * (message.exposed_monotonic_s - before.exposed_monotonic_s)
         # a source counts from its own start, so a smaller number is a new count
-        again = reading.dropped < self._dropped_by_source
-        self._dropped += reading.dropped - (0 if again else self._dropped_by_source)
-        self._dropped_by_source = reading.dropped
-        self._reading = reading
-        self._quality = None
+        again = message.dropped < self._dropped_by_source
+        self._dropped += message.dropped - (0 if again else self._dropped_by_source)
+        self._dropped_by_source = message.dropped
+        self._newest = message
+        self._counted = None
         self._sequence += 1
 
-    def withdraw(self, reason: int) -> None:
-        """Let no reading stand; `reason`, a bit of `reason_word`, says why."""
-        self._reading = None
+    def withdraw(self, reason: Reason) -> None:
+        """Let no reading stand; the reason says why."""
+        self._newest = None
         self._cycle_time_ms = None
         self._without_reading = reason
 
-    def stale(self, now_s: float) -> bool:
-        """Whether there is a reading and it is too old to stand."""
-        return self._reading is not None and _age_ms(self._reading, now_s) > self.stale_after_ms
-
-    def standing(self, now_s: float) -> ReadingMessage | None:
-        """The reading that may be served; None when there is none, it is stale or the gauge is held."""
-        return None if self.held or self.stale(now_s) else self._reading
-
-    def values(self, now_s: float) -> dict[str, Value]:
-        """Values of the registers at one moment, by name; None is "no value".
+    def update(self, now_s: float, *, held: bool) -> None:
+        """Decide what may be served at one moment, and count a change of it in `sequence`.
 
         Parameters
         ----------
         now_s : float
             Monotonic time of the swap.
+        held : bool
+            The PLC holds the gauge: no reading stands.
         """
-        reading = self.standing(now_s)
-        reasons = self._reasons(now_s)
-        validity = (2 if reasons else 1) if reading is not None and reading.valid else 0
-        self._count(validity, reasons)
-        quality = {"sequence": self._sequence, "validity": validity, "reason_word": reasons}
-        return quality | self._moment(now_s) | _measurements(reading)
+        newest = self._newest
+        self._age_ms = 0.0 if newest is None else max(0.0, 1000 * (now_s - newest.exposed_monotonic_s))
+        self.stale = newest is not None and self._age_ms > self.stale_after_ms
+        self.standing = None if held or self.stale else newest
+        reasons = self._without_reading if newest is None else newest.reading.reasons
+        self._reasons = reasons | (Reason.STALE if self.stale else 0) | (Reason.HELD if held else 0)
+        self._validity = Validity.NONE
+        if self.standing is not None and self.standing.reading.valid:
+            self._validity = Validity.VALID_WITH_REASONS if self._reasons else Validity.VALID
+        self._count()
 
-    def _reasons(self, now_s: float) -> int:
-        held = HELD if self.held else 0
-        if self._reading is None:
-            return held | self._without_reading
-        return held | self._reading.reasons | (STALE if self.stale(now_s) else 0)
+    def values(self) -> dict[str, Value]:
+        """Values of the registers at the last `update`, by name; None and NaN are "no value"."""
+        values: dict[str, Value] = {
+            "sequence": self._sequence,
+            "validity": self._validity,
+            "reason_word": self._reasons,
+            "frames_dropped": self._dropped,
+            "cycle_time": self._cycle_time_ms,
+        }
+        if self._newest is not None:
+            values["measurement_age"] = min(round(self._age_ms), AGE_LARGEST_MS)
+            values["timestamp"] = self._newest.exposed_utc_ms
+        if self.standing is not None:
+            values |= {register: value(self.standing.reading) for register, value in PUBLISHED.items()}
+        return values
 
-    def _count(self, validity: int, reasons: int) -> None:
+    def _count(self) -> None:
         """Count a change of validity; a new reading has been counted when it came."""
-        quality = (validity, reasons)
-        if self._quality is not None and quality != self._quality:
+        now = (self._validity, self._reasons)
+        if self._counted is not None and now != self._counted:
             self._sequence += 1
-        self._quality = quality
+        self._counted = now
         self._sequence &= 0xFFFF
-
-    def _moment(self, now_s: float) -> dict[str, Value]:
-        reading = self._reading
-        moment: dict[str, Value] = {"frames_dropped": self._dropped, "cycle_time": self._cycle_time_ms}
-        if reading is not None:
-            moment["measurement_age"] = min(round(_age_ms(reading, now_s)), AGE_LARGEST_MS)
-            moment["timestamp"] = reading.exposed_utc_ms
-        return moment
-
-
-def _age_ms(reading: ReadingMessage, now_s: float) -> float:
-    return max(0.0, 1000 * (now_s - reading.exposed_monotonic_s))
-
-
-def _measurements(reading: ReadingMessage | None) -> dict[str, Value]:
-    if reading is None:
-        return {}
-    return {
-        "measurement_valid": reading.valid,
-        "bar_present": not reading.reasons & NO_BAR,
-        "diameter": reading.diameter_mm if reading.valid else None,
-        "expanded_uncertainty": reading.expanded_uncertainty_mm if reading.valid else None,
-        "diameter_virtual_board": reading.diameter_virtual_board_mm,
-        "weighted_deviation": reading.weighted_deviation_mm,
-        "alignment_quality": reading.alignment_quality,
-        "plane_height": reading.plane_height_mm,
-        "windows_kept": reading.windows_kept,
-        "windows_total": reading.windows_total,
-    }

@@ -1,16 +1,15 @@
-"""The supervisor's side of the ingot station: its process, its faults, its part of the registers."""
+"""The supervisor's side of the ingot station."""
 
 from collections.abc import Callable
 
-from appliance.cameras.kinds import NoCamera
 from appliance.diagnostics.faults import Faults
-from appliance.ingot.message import IngotMessage
-from appliance.ingot.published import NO_PICTURE, STARTING, IngotPublication
+from appliance.ingot.message import MESSAGES, IngotMessage
+from appliance.ingot.published import IngotPublication
 from appliance.ingot.settings import IngotSettings
-from appliance.processes.link import Message
-from appliance.processes.message import StateMessage
-from appliance.processes.monitored_process import Health, Keeper
+from appliance.supervisor.start_gate import StartGate
+from appliance.supervisor.station_client import StationClient
 from plc.rows import Value
+from vision.reasons import IngotReason
 
 MODULE = "appliance.ingot.station"
 INGOT = "ingot"
@@ -18,68 +17,54 @@ INGOT = "ingot"
 
 def is_on(settings: IngotSettings) -> bool:
     """Whether there is an ingot camera."""
-    return not isinstance(settings.camera, NoCamera)
+    return settings.camera.is_on
 
 
-class IngotSide:
+class IngotClient(StationClient[IngotMessage]):
     """The ingot station as the supervisor sees it.
 
     Parameters
     ----------
     settings : IngotSettings
     faults : Faults
+    gate : StartGate
     on_news : callable
-        Gets the name of the station whenever there is something to publish.
-    refuses : callable
-        Gets the sentence of each fault that the station tells; says whether it is the end of the appliance.
+        Called whenever there is something to publish.
 
     Attributes
     ----------
     publication : IngotPublication
     """
 
-    def __init__(
-        self,
-        settings: IngotSettings,
-        faults: Faults,
-        on_news: Callable[[str], None],
-        refuses: Callable[[str], bool],
-    ) -> None:
+    def __init__(self, settings: IngotSettings, faults: Faults, gate: StartGate, on_news: Callable[[], None]) -> None:
+        super().__init__(INGOT, MODULE, settings.model_dump_json(), MESSAGES, faults=faults, gate=gate, on_news=on_news)
         self.publication = IngotPublication(settings.stale_after_ms)
-        self._keeper = Keeper(MODULE, settings.model_dump_json(), self._hear, self._hear_health)
-        self._faults = faults
-        self._on_news = on_news
-        self._refuses = refuses
-
-    async def keep(self) -> None:
-        """Keep the process running until cancelled."""
-        await self._keeper.keep()
 
     def renew(self, settings: IngotSettings) -> None:
         """End the process and start one with other settings."""
         self.publication.stale_after_ms = settings.stale_after_ms
-        self._keeper.renew(settings.model_dump_json())
+        self._process.renew(settings.model_dump_json())
 
-    def values(self, now_s: float) -> dict[str, Value]:
-        """Values of the registers at one moment, by name."""
-        self._faults.report("reading_stale", active=self.publication.stale(now_s), station=INGOT)
-        return self.publication.values(now_s)
+    def update(self, now_s: float, *, held: bool) -> None:
+        """Decide what may be served at one moment.
 
-    def _hear(self, message: Message) -> None:
-        if isinstance(message, IngotMessage):
-            self.publication.take(message)
-            self._faults.report_station(INGOT, message.faults)
-        elif isinstance(message, StateMessage) and message.state == "faulty":
-            self.publication.withdraw(NO_PICTURE, restarted=False)
-            if not self._refuses(message.detail):
-                self._faults.report_station(INGOT, {message.fault: message.detail})
-        self._on_news(INGOT)
+        Parameters
+        ----------
+        now_s : float
+            Monotonic time.
+        held : bool
+            The PLC holds the gauge.
+        """
+        self.publication.update(now_s, held=held)
+        self._faults.report("reading_stale", active=self.publication.stale, station=INGOT)
 
-    def _hear_health(self, health: Health) -> None:
-        if health.ended:
-            self.publication.withdraw(STARTING, restarted=True)
-            self._faults.report_station(INGOT, {})
-        for state in ("restarting", "failing"):
-            name, active = f"station_{state}", health.state == state
-            self._faults.report(name, active=active, detail=health.detail, station=INGOT)
-        self._on_news(INGOT)
+    def values(self) -> dict[str, Value]:
+        """Values of the registers at the last `update`, by name."""
+        return self.publication.values()
+
+    def _add(self, message: IngotMessage) -> None:
+        self.publication.add(message)
+        self._faults.report_station(INGOT, message.faults)
+
+    def _withdraw(self, *, restarted: bool) -> None:
+        self.publication.withdraw(IngotReason.STARTING if restarted else IngotReason.NO_PICTURE, restarted=restarted)

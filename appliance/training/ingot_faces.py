@@ -1,4 +1,4 @@
-"""Fits the weights in `vision.ingot.face` on the simulated ingot line: `python -m appliance.train_faces`.
+"""Fits the weights of `WrinkleOdds` on the simulated ingot line: `python -m appliance.training.ingot_faces`.
 
 Two ingots a line, drawn from seeds that no study uses. The simulated faces are varied further, so that the
 weights also hold for faces that the line does not draw: bottoms get mottling, a darker middle, flakes and streaks, tops
@@ -15,13 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from appliance.ingot.reader_setup import IngotView, make_reader
+from appliance.ingot.reader_setup import make_reader
 from appliance.ingot.settings import IngotSettings
 from appliance.simulation.ingots.conditions import ingot_sequence
-from vision.ingot.classifiers.similarity import SIZE, as_reference, end_image
-from vision.ingot.classifiers.wrinkles import LARGEST, FaceJudge
+from vision.ingot.classifiers.similarity import SIZE, as_reference
+from vision.ingot.classifiers.wrinkles import LARGEST, WrinkleOdds
 from vision.ingot.end_finder import Box, End
-from vision.ingot.orientation_reader import References
+from vision.ingot.end_image import end_image
+from vision.ingot.orientation_reader import IngotView, References
 from vision.readings import OrientationReading
 
 Array = NDArray[np.float64]
@@ -44,7 +45,7 @@ class Face(NamedTuple):
 
     image: Picture
     is_top: bool
-    judge: FaceJudge
+    judge: WrinkleOdds
 
 
 def main() -> None:
@@ -73,7 +74,7 @@ def faces(seed: int) -> Iterator[Face]:
     sequence = ingot_sequence(seed, "mixed", 2)
     references = References(sequence.references["top"], sequence.references["bottom"])
     view = IngotView(references, Box(*sequence.roi_crop), Box(*sequence.roi_centroid))
-    judge = FaceJudge(as_reference(references.top), as_reference(references.bottom))
+    judge = WrinkleOdds(as_reference(references.top), as_reference(references.bottom))
     reader = None
     for frame in itertools.count(0, EVERY):
         try:

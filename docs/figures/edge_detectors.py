@@ -10,15 +10,15 @@ import numpy as np
 from matplotlib import pyplot as plt
 
 from appliance.simulation.bars.study_scenes import draw
-from vision.edges.binary import BAR_EDGES, CLEAR_EDGES, EVERY_EDGE, binarised, denoised
+from vision.edges.binary import BAR_EDGE_CONFIDENCE, EVERY_EDGE_CONFIDENCE, binarised, denoised
 from vision.edges.operators import canny, detect_edges
 from vision.edges.thinning import ridges
 
 SEED = 3
 SCENES = (("the empty line", "no-bar"), ("a hot bar with scale", "scale"))
-SOBEL = ((0.05, 0.015, 0.01), (0.02, 0.05, 0.09))  # the second row as in the source
+SOBEL = ((0.05, 0.015, 0.01), (0.02, 0.05, 0.09))  # the second row as in the dissertation
 CANNY = (((0.04, 0.1), (0.02, 0.05), (0.012, 0.03)), ((0.0064, 0.016), (0.04, 0.1), (0.22, 0.55)))
-FOREST = (EVERY_EDGE, BAR_EDGES, CLEAR_EDGES)
+FOREST = (EVERY_EDGE_CONFIDENCE, BAR_EDGE_CONFIDENCE, 0.3)  # 0.3: the dissertation's confidence for a close-up
 
 
 def lines(image, method, confidence):

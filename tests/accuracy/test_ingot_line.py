@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from ingot_truth import Scene, follow, recorded, simulated
 
-from appliance.ingot.reader_setup import IngotView
 from vision.ingot.end_finder import Box
+from vision.ingot.orientation_reader import IngotView
 
 SEQUENCES = ("seq01", "seq02", "seq03", "seq04")
 LABELS = {"seq01": ["bottom"], "seq02": ["top"], "seq03": ["top", "top"], "seq04": ["bottom"]}

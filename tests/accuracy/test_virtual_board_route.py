@@ -60,11 +60,11 @@ def test_without_a_measurable_bar_there_is_no_value_and_the_board_is_held(condit
     gauge = gauge_of(bar)
     assert gauge.measure(scene.left, scene.right).reasons == reason
     gauge.measure(bar.left, bar.right)
-    height_mm = gauge.board_height_mm
+    height_mm = gauge._loop.height_mm
     held = gauge.measure(scene.left, scene.right)
     assert held.reasons == reason | Reason.BOARD_HELD
     assert not held.valid
-    assert gauge.board_height_mm == height_mm
+    assert gauge._loop.height_mm == height_mm
 
 
 @pytest.mark.parametrize("options", [{"edges": "sobl"}, {"fusion": "fft9"}])

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from opencv_format import write_opencv
 from random_forests import random_forest, random_picture
 
 from appliance.simulation.bars.bars import Bar
@@ -12,7 +13,6 @@ from appliance.simulation.bars.line_scene import Scene
 from appliance.simulation.true_rig import default_rig
 from vision.edges.forest.inference import EdgeDetector
 from vision.edges.forest.model import shipped_forest
-from vision.edges.forest.opencv_format import write_opencv
 
 CONTRIB = Path(__file__).parents[2] / ".venv-contrib" / "bin" / "python"
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import upright
+from edge_evaluation import limb_rows
 
 from appliance.simulation.bars.study_scenes import set_up
-from vision.edges.evaluation import limb_rows
 from vision.edges.operators import EDGE_METHODS, EdgeMap, canny, detect_edges, grey_of
 from vision.edges.thinning import ridges
 

@@ -9,10 +9,10 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
+from edge_evaluation import BoundaryCounts, boundary_counts, boundary_scores
 from scipy import io
 
 from appliance.training.edge_forest import bsds_example, bsds_pairs
-from vision.edges.evaluation import BoundaryCounts, boundary_counts, boundary_scores
 from vision.edges.forest.inference import EdgeDetector
 from vision.edges.forest.model import StructuredForest, shipped_forest
 from vision.edges.operators import forest_edges

@@ -13,9 +13,10 @@ from calibrated_rigs import calibrated_rig
 from appliance.simulation.bars.study_scenes import draw
 from vision.alignment.quality import BarOutline
 from vision.fusion.methods import METHODS
+from vision.geometry.turned_region import resampled_region
 from vision.sizing.virtual_board.aligned_pair import AlignedPair
 from vision.sizing.virtual_board.boundaries_of_interest import boundaries_of_interest, hot_mask
-from vision.sizing.virtual_board.gauge import VirtualBoardGauge, _reasons_of_edges, as_it_is
+from vision.sizing.virtual_board.gauge import VirtualBoardGauge, _reasons_of_edges
 from vision.sizing.virtual_board.reading import VirtualBoardReading
 from vision.sizing.virtual_board.tangent_crossing import solve_section
 
@@ -83,7 +84,7 @@ class Watched(VirtualBoardGauge):
         alignment, height_mm = self.pair.alignment, self.pair.height.height_mm
         if self.method in {"left", "right"}:
             views = {"left": alignment.left.picture, "right": alignment.right_on_left(height_mm)}
-            region = as_it_is(views[self.method], alignment.left)
+            region = resampled_region(views[self.method], alignment.left)
         else:
             region = self._fused(alignment, height_mm, self.method)
         self.picture = region.picture

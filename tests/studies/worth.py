@@ -13,8 +13,9 @@ from appliance.simulation.bars.study_scenes import draw, set_up
 from studies import no_measurable_bar
 from studies.served_diameter import error_mm, rounded
 from vision.calibration.still_marks import NO_MARKS
+from vision.geometry.robust_constants import BIWEIGHT_TUNING
 from vision.sizing.gauge import Gauge
-from vision.sizing.tangent.cylinder_fit import BIWEIGHT, fit_cylinder
+from vision.sizing.tangent.cylinder_fit import fit_cylinder
 from vision.sizing.tangent.tangent_planes import TangentPlane, rough_cylinder
 
 TEXT = (
@@ -53,7 +54,7 @@ def plane_through(rays, mine):
     for _ in range(PLANE_ROUNDS):
         normal = np.linalg.svd(direction * weight[:, None], full_matrices=False)[2][2]
         off = direction @ normal
-        ratio = off / (BIWEIGHT * max(1.4826 * np.median(np.abs(off)), 1e-9))
+        ratio = off / (BIWEIGHT_TUNING * max(1.4826 * np.median(np.abs(off)), 1e-9))
         weight = np.where(np.abs(ratio) < 1, 1 - ratio**2, 0.0)
     return TangentPlane(rays.origin_mm[mine][0], -np.sign(normal[0]) * normal, int(rays.side[mine][0]))
 

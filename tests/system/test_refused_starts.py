@@ -13,8 +13,8 @@ import pytest
 from running import HOTGAUGE, free_port
 
 from appliance.cameras.simulated.pairs import MillSource
+from appliance.cameras.simulated.rig import mill_rig
 from appliance.sizing.stereo.rig_file import save_rig
-from appliance.sizing.stereo.simulated_rig import mill_rig
 
 SIDES = ("left", "right")
 

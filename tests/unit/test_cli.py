@@ -1,5 +1,3 @@
-"""TBD"""
-
 import csv
 import json
 import shutil
@@ -12,12 +10,12 @@ from running import free_port
 
 from appliance.cameras.recording.pictures import PictureRecording
 from appliance.cameras.simulated.pairs import MillSource
+from appliance.cameras.simulated.rig import mill_rig
 from appliance.cli import main as cli
 from appliance.simulation.bars.bars import bar_at
 from appliance.simulation.bars.study_scenes import set_up
 from appliance.sizing.reading_rows import READING_FIELDS
 from appliance.sizing.stereo.rig_file import save_rig
-from appliance.sizing.stereo.simulated_rig import mill_rig
 
 FRAMES = 3
 SEED = 1

@@ -1,5 +1,6 @@
 """The sizing station with one camera between barriers: true values, or none and a sentence."""
 
+import math
 import time
 from dataclasses import replace
 
@@ -16,6 +17,7 @@ from appliance.simulation.bars.bars import Bar, bar_at
 from appliance.simulation.thermal_line import ThermalLine, thermal_camera
 from appliance.simulation.write_recording import write_thermal_recording
 from appliance.sizing import station as sizing
+from appliance.sizing.conveyor.settings import ConveyorSettings
 from appliance.sizing.message import ReadingMessage
 from vision.reasons import Reason
 
@@ -69,25 +71,29 @@ def test_the_simulated_line_is_measured_as_it_is(start):
         message = station.hear_until(ReadingMessage)
         bar = bar_at(11, message.sequence)
         assert message.simulated
-        assert message.windows_total == 24
-        assert (message.diameter_virtual_board_mm, message.weighted_deviation_mm) == (None, None)
-        if message.valid and bar is not None:
+        assert message.reading.windows_total == 24
+        assert math.isnan(message.reading.diameter_virtual_board_mm)
+        if message.reading.valid and bar is not None:
             valid += 1
-            assert message.diameter_mm == pytest.approx(bar.diameter_mm, abs=message.expanded_uncertainty_mm)
-            assert 0.1 < message.expanded_uncertainty_mm < 0.6
-        elif not message.valid:
+            assert message.reading.diameter_mm == pytest.approx(
+                bar.diameter_mm, abs=message.reading.expanded_uncertainty_mm
+            )
+            assert 0.1 < message.reading.expanded_uncertainty_mm < 0.6
+        elif not message.reading.valid:
             without += 1
-            assert message.diameter_mm is None
-            assert message.reasons
+            assert math.isnan(message.reading.diameter_mm)
+            assert message.reading.reasons
 
 
 def test_a_recording_finds_its_empty_line_itself(start, recording):
     station = start(played(recording, loop=False))
     heard = [station.hear_until(ReadingMessage) for _ in range(6)]
-    assert [message.valid for message in heard] == [False] * 3 + [True] * 3
-    assert {message.reasons for message in heard[:3]} == {int(Reason.NO_BAR)}
+    assert [message.reading.valid for message in heard] == [False] * 3 + [True] * 3
+    assert {message.reading.reasons for message in heard[:3]} == {int(Reason.NO_BAR)}
     for message in heard[3:]:
-        assert message.diameter_mm == pytest.approx(BAR.diameter_mm, abs=message.expanded_uncertainty_mm)
+        assert message.reading.diameter_mm == pytest.approx(
+            BAR.diameter_mm, abs=message.reading.expanded_uncertainty_mm
+        )
     assert station.hear_until(StateMessage).fault == "recording_over"
 
 
@@ -126,7 +132,7 @@ class Camera:
 
 
 def test_a_live_camera_that_freezes_is_a_fault_and_its_last_value_is_not_said_again(start, tmp_path, monkeypatch):
-    monkeypatch.setattr(sizing, "source_of", lambda _: Camera(moving=5))
+    monkeypatch.setattr(ConveyorSettings, "make_source", lambda _: Camera(moving=5))
     background = saved(tmp_path / "empty.png", empty())
     station = start({"kind": "stream", "address": "0"}, LENGTHS | {"background": background}, liveness=LATE)
     heard = [station.hear()]
@@ -134,7 +140,9 @@ def test_a_live_camera_that_freezes_is_a_fault_and_its_last_value_is_not_said_ag
         heard.append(station.hear())
     assert [message.sequence for message in heard[:-1]] == [1, 2, 3, 4], "the first is only compared with"
     for message in heard[:-1]:
-        assert message.diameter_mm == pytest.approx(BAR.diameter_mm, abs=message.expanded_uncertainty_mm)
+        assert message.reading.diameter_mm == pytest.approx(
+            BAR.diameter_mm, abs=message.reading.expanded_uncertainty_mm
+        )
         assert not message.simulated
     assert heard[-1].fault == "camera_frozen"
     assert isinstance(station.hear(), StateMessage)
@@ -147,7 +155,7 @@ def test_a_background_that_is_missing_is_a_fault_until_it_is_there(start, record
     assert fault.fault == "empty_line_unusable"
     assert f"{late}: no such picture" in fault.detail
     saved(late, empty())
-    assert station.hear_until(ReadingMessage).windows_total == 24
+    assert station.hear_until(ReadingMessage).reading.windows_total == 24
 
 
 WRONG = {
@@ -184,8 +192,8 @@ def test_a_camera_that_was_moved_since_its_background_was_taken_gives_no_value(s
     path = saved(tmp_path / "empty.png", empty(higher))
     station = start(played(recording), LENGTHS | {"background": path})
     heard = [station.hear_until(ReadingMessage) for _ in range(6)]
-    assert not any(message.valid for message in heard)
-    assert {message.reasons for message in heard[-3:]} & {int(Reason.CAMERA_MOVED)}
+    assert not any(message.reading.valid for message in heard)
+    assert {message.reading.reasons for message in heard[-3:]} & {int(Reason.CAMERA_MOVED)}
 
 
 def test_an_overexposed_bar_gives_no_value_and_a_fault_with_an_exposure(start, recording, tmp_path):
@@ -195,7 +203,7 @@ def test_an_overexposed_bar_gives_no_value_and_a_fault_with_an_exposure(start, r
     background = saved(tmp_path / "empty.png", empty())
     station = start(played(recording), LENGTHS | {"background": background}, exposure={"after_s": 0.0})
     heard = [station.hear_until(ReadingMessage) for _ in range(6)]
-    assert not any(message.valid for message in heard)
+    assert not any(message.reading.valid for message in heard)
     assert any("overexposed" in message.faults.get("exposure_high", "") for message in heard)
 
 
@@ -203,8 +211,10 @@ def test_the_ovality_of_the_product_is_part_of_the_uncertainty(start, recording)
     found = []
     for ovality_mm in (0.0, 3.0):
         station = start(played(recording), ovality_mm=ovality_mm)
-        found.append(next(m for _ in range(9) if (m := station.hear_until(ReadingMessage)).valid))
-    assert found[1].expanded_uncertainty_mm ** 2 - found[0].expanded_uncertainty_mm ** 2 == pytest.approx(3.0, rel=0.05)
+        found.append(next(m for _ in range(9) if (m := station.hear_until(ReadingMessage)).reading.valid))
+    assert found[1].reading.expanded_uncertainty_mm ** 2 - found[
+        0
+    ].reading.expanded_uncertainty_mm ** 2 == pytest.approx(3.0, rel=0.05)
 
 
 CONFIG = """

@@ -1,11 +1,8 @@
-"""TBD"""
-
 import numpy as np
 import pytest
+from edge_evaluation import THRESHOLDS, boundary_counts, boundary_scores, limb_rows, matched
 from scipy import sparse
 from scipy.sparse.csgraph import maximum_bipartite_matching
-
-from vision.edges.evaluation import THRESHOLDS, boundary_counts, boundary_scores, limb_rows, matched
 
 SHAPE = (300, 400)  # diagonal 500, so an edge may lie 3.75 pixels from a boundary
 

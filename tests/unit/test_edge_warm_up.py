@@ -15,7 +15,6 @@ import vision.edges.thinning
 from vision.edges.forest.inference import shipped_detector
 from vision.edges.operators import detect_edges
 from vision.edges.thinning import ridges
-from vision.edges.warm import warm_up
 
 SMALL_KERNEL = """
 import numpy as np
@@ -25,6 +24,12 @@ with event.install_recorder("numba:compile") as recorder:
     ridges(np.zeros((8, 8), np.float32), np.zeros((8, 8), np.float32))
 print(sum(entry.is_start for _, entry in recorder.buffer))
 """
+
+
+def warm_up():
+    """Compile every kernel of the edge forest and of thinning, or read it from the cache on disk."""
+    edges = detect_edges(np.zeros((64, 64), np.float32), "forest")
+    ridges(edges.strength, edges.normal_rad)
 
 
 def compilations(module, folder, **environment):

@@ -1,5 +1,3 @@
-"""TBD"""
-
 import csv
 import io
 import json

@@ -1,11 +1,10 @@
-"""TBD"""
-
 import logging
 
 import pytest
 
-from appliance.diagnostics.fault_table import FAULTS, DeviceState
+from appliance.diagnostics.fault_table import FAULTS
 from appliance.diagnostics.faults import Faults
+from plc.codes import DeviceState
 
 
 def test_codes_and_names_are_unique_and_every_row_says_what_to_do():
@@ -89,8 +88,7 @@ def test_a_latching_fault_stays_in_the_word_until_it_is_over_and_acknowledged():
 
 
 def test_the_log_has_fields_for_machines(caplog):
-    faults = Faults()
-    faults.product = 70000
+    faults = Faults(lambda: 70000)
     faults.report("camera_frozen", active=True, detail="left", station="sizing")
     (record,) = caplog.records
     fields = {name: value for name, value in vars(record).items() if name.startswith("HOTGAUGE_")}

@@ -1,5 +1,3 @@
-"""TBD"""
-
 import numpy as np
 import pytest
 from random_forests import random_forest, random_picture

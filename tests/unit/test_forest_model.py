@@ -1,14 +1,12 @@
-"""TBD"""
-
 import io
 from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from opencv_format import read_opencv, write_opencv
 from random_forests import random_forest
 
 from vision.edges.forest.model import StructuredForest, shipped_forest
-from vision.edges.forest.opencv_format import read_opencv, write_opencv
 
 
 @pytest.fixture(scope="module")

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from appliance.cameras.simulated.pairs import MillSource
+from appliance.cameras.simulated.rig import mill_rig
 from appliance.cli import main as cli
 from appliance.sizing.stereo.rig_file import save_rig
-from appliance.sizing.stereo.simulated_rig import mill_rig
 
 
 @pytest.fixture(scope="module")

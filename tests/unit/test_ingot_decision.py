@@ -1,5 +1,3 @@
-"""TBD"""
-
 import math
 
 import numpy as np

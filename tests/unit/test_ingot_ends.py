@@ -1,5 +1,3 @@
-"""TBD"""
-
 import numpy as np
 import pytest
 from drawn_ingots import CENTROID, CROP, glare, ingot, line
@@ -92,7 +90,7 @@ def test_limits_are_settings(finder):
 
 
 def test_wrong_calls_name_the_argument(finder):
-    with pytest.raises(TypeError, match="picture"):
+    with pytest.raises(ValueError, match="picture: a uint8 picture is needed"):
         finder.find(line().astype(float))
     for shape in ((540,), (540, 960, 4)):
         with pytest.raises(ValueError, match="picture"):

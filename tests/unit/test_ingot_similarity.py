@@ -1,9 +1,8 @@
-"""TBD"""
-
 import math
 
 import numpy as np
 import pytest
+from confusion import Confusion
 from scipy.ndimage import gaussian_filter
 from skimage.metrics import structural_similarity
 
@@ -12,13 +11,12 @@ from vision.ingot.classifiers.similarity import (
     Exponents,
     as_reference,
     dissimilarity,
-    end_image,
     similarity,
     similarity_map,
 )
 from vision.ingot.classifiers.ssim import dual, single
-from vision.ingot.confusion import Confusion
 from vision.ingot.end_finder import End
+from vision.ingot.end_image import end_image
 
 MARGIN = 5
 

@@ -12,12 +12,13 @@ from messages import reading
 from appliance.conformity.advisor import Advisor
 from appliance.conformity.cold_size import Size, cold_size
 from appliance.conformity.correction import wanted_correction_mm
-from appliance.conformity.decision import Decision, allowed_uncertainty_mm, decide
+from appliance.conformity.decision import allowed_uncertainty_mm, decide
 from appliance.conformity.set_points import SetPoints
 from appliance.conformity.settings import CorrectionSettings, JudgingSettings
 from appliance.conformity.thermal_expansion import GRADES
 from appliance.sizing.trust import trust_percent
-from vision.readings import SizeReading
+from plc.codes import Decision
+from vision.reasons import Reason
 
 CARBON, AUSTENITIC = 1, 2
 sixty_fourths = st.integers(1, 64 * 20).map(lambda n: n / 64)  # exact in binary
@@ -108,13 +109,6 @@ def test_without_windows_there_is_no_trust():
     assert trust_percent(thick(windows_kept=0, windows_total=0)) == 0
 
 
-def test_a_reading_and_its_message_are_trusted_alike():
-    reading = SizeReading(diameter_mm=250.0, expanded_uncertainty_mm=0.5, windows_kept=20, windows_total=25)
-    assert trust_percent(reading) == trust_percent(
-        thick(windows_kept=20, windows_total=25, expanded_uncertainty_mm=0.5)
-    )
-
-
 def test_one_tolerance_alone_is_no_tolerance():
     assert SetPoints(tolerance_plus_mm=1.0).tolerance_mm is None
     assert allowed_uncertainty_mm(SetPoints(tolerance_minus_mm=1.0)) == 0.25
@@ -131,61 +125,73 @@ def test_the_correction_opposes_the_deviation_outside_of_the_dead_band_within_th
     assert wanted_correction_mm(deviation, CORRECTION) == pytest.approx(wanted)
 
 
-def advisor(**changes: float) -> Advisor:
-    made = Advisor(JudgingSettings(), CORRECTION)
+class Advising(Advisor):
+    """An advisor with its set points, and the values of a moment in one call."""
+
+    points = SetPoints(target_mm=250.0)
+
+    def values_at(self, reading, now_s: float) -> dict:
+        self.update(reading, self.points, now_s)
+        return self.values()
+
+
+def advisor(**changes: float) -> Advising:
+    made = Advising(JudgingSettings(), CORRECTION)
     made.points = SetPoints(**({"target_mm": 250.0} | changes))
     return made
 
 
 def thick(diameter_mm: float = 254.0, **changes: object):
     """A bar that asks for the largest correction, -1 mm."""
-    return reading(**({"diameter_mm": diameter_mm, "windows_kept": 25} | changes))
+    return reading(**({"diameter_mm": diameter_mm, "windows_kept": 25} | changes)).reading
 
 
 def test_the_correction_grows_no_faster_than_its_rate_and_stays_at_its_clamp():
     advising = advisor()
-    advising.values(None, 100.0)
-    seen = [advising.values(thick(), 100.0 + n / 10)["correction"] for n in range(1, 31)]
+    advising.values_at(None, 100.0)
+    seen = [advising.values_at(thick(), 100.0 + n / 10)["correction"] for n in range(1, 31)]
     assert seen[:4] == pytest.approx([-0.05, -0.1, -0.15, -0.2])
     assert seen[-1] == -1.0
     assert all(0 <= before - after <= 0.05 + 1e-9 for before, after in itertools.pairwise(seen))
 
 
 def test_the_first_moment_of_all_moves_nothing():
-    assert advisor().values(thick(), 1e6)["correction"] == 0
+    assert advisor().values_at(thick(), 1e6)["correction"] == 0
 
 
 @pytest.mark.parametrize(
-    "untrusted", [None, thick(valid=False), thick(expanded_uncertainty_mm=0.6), thick(trust_limit=49.0)]
+    "untrusted", [None, thick(reasons=Reason.FIT_FAILED), thick(expanded_uncertainty_mm=0.6), thick(windows_kept=12)]
 )
 def test_the_correction_is_zero_at_once_without_trust_and_begins_from_zero_again(untrusted):
     advising = advisor()
     for n in range(30):
-        advising.values(thick(), 100.0 + n / 10)
-    assert advising.values(untrusted, 103.0)["correction"] == 0
-    assert advising.values(thick(), 103.1)["correction"] == pytest.approx(-0.05)
+        advising.values_at(thick(), 100.0 + n / 10)
+    assert advising.values_at(untrusted, 103.0)["correction"] == 0
+    assert advising.values_at(thick(), 103.1)["correction"] == pytest.approx(-0.05)
 
 
 def test_without_a_target_there_is_no_correction_no_deviation_and_no_decision():
-    values = advisor(target_mm=None, tolerance_plus_mm=1.0, tolerance_minus_mm=1.0).values(thick(), 100.0)
+    values = advisor(target_mm=None, tolerance_plus_mm=1.0, tolerance_minus_mm=1.0).values_at(thick(), 100.0)
     assert values["correction"] is None
     assert "deviation" not in values
     assert "decision" not in values
 
 
 def test_a_target_without_tolerances_gives_a_deviation_and_no_decision():
-    values = advisor().values(thick(), 100.0)
+    values = advisor().values_at(thick(), 100.0)
     assert values["deviation"] == 4.0
     assert values["decision"] == Decision.NONE
 
 
 def test_with_a_grade_target_and_tolerances_are_cold():
     advising = advisor(temperature_c=1050.0, grade=CARBON, tolerance_plus_mm=1.0, tolerance_minus_mm=1.0)
-    values = advising.values(thick(250 * 1.0148), 100.0)
+    values = advising.values_at(thick(250 * 1.0148), 100.0)
     assert values["diameter_cold"] == pytest.approx(250.0, abs=1e-6)
     assert values["deviation"] == pytest.approx(0.0, abs=1e-6)
     assert values["decision"] == Decision.IN
-    hot = advisor(temperature_c=1050.0, tolerance_plus_mm=1.0, tolerance_minus_mm=1.0).values(thick(250 * 1.0148), 1.0)
+    hot = advisor(temperature_c=1050.0, tolerance_plus_mm=1.0, tolerance_minus_mm=1.0).values_at(
+        thick(250 * 1.0148), 1.0
+    )
     assert hot["deviation"] == pytest.approx(3.7)
     assert hot["decision"] == Decision.OUT
 
@@ -193,34 +199,41 @@ def test_with_a_grade_target_and_tolerances_are_cold():
 def test_the_decision_with_a_grade_guards_with_the_cold_uncertainty():
     # hot U = 0.2 alone would say "in" at 0.3 mm inside; the temperature's 0.25 mm make it undecided
     advising = advisor(temperature_c=1050.0, grade=CARBON, tolerance_plus_mm=1.0, tolerance_minus_mm=1.0)
-    assert advising.values(thick(250.7 * 1.0148), 100.0)["decision"] == Decision.UNDECIDED
+    assert advising.values_at(thick(250.7 * 1.0148), 100.0)["decision"] == Decision.UNDECIDED
 
 
 def test_a_grade_without_temperature_gives_no_decision_rather_than_a_hot_one():
-    values = advisor(grade=CARBON, tolerance_plus_mm=1.0, tolerance_minus_mm=1.0).values(thick(), 100.0)
+    values = advisor(grade=CARBON, tolerance_plus_mm=1.0, tolerance_minus_mm=1.0).values_at(thick(), 100.0)
     assert "deviation" not in values
     assert "decision" not in values
 
 
 def test_trust_follows_the_tolerance_of_the_set_points():
     advising = advisor()
-    assert advising.values(thick(expanded_uncertainty_mm=0.5), 1.0)["trust"] == pytest.approx(50)
+    assert advising.values_at(thick(expanded_uncertainty_mm=0.5), 1.0)["trust"] == pytest.approx(50)
     advising.points = SetPoints(tolerance_plus_mm=2.0, tolerance_minus_mm=2.0)
-    assert advising.values(thick(expanded_uncertainty_mm=0.5), 1.0)["trust"] == pytest.approx(100)
-    assert advising.values(thick(expanded_uncertainty_mm=0.5, trust_limit=50.0), 1.0)["trust"] == 50
-    assert advising.values(thick(valid=False), 1.0)["trust"] == 0
-    assert "trust" not in advising.values(None, 1.0)
+    assert advising.values_at(thick(expanded_uncertainty_mm=0.5), 1.0)["trust"] == pytest.approx(100)
+    assert advising.values_at(thick(expanded_uncertainty_mm=0.5, reasons=Reason.ROUTES_DISAGREE), 1.0)["trust"] == 50
+    assert advising.values_at(thick(reasons=Reason.FIT_FAILED), 1.0)["trust"] == 0
+    assert "trust" not in advising.values_at(None, 1.0)
 
 
-def test_trust_is_low_only_while_a_bar_is_there():
-    assert advisor().low_trust({"bar_present": True, "trust": 49.9})
-    assert not advisor().low_trust({"bar_present": True, "trust": 50.0})
-    assert not advisor().low_trust({"bar_present": False, "trust": 0.0})
-    assert not advisor().low_trust({})
+@pytest.mark.parametrize(
+    ("changes", "low"),
+    [
+        ({"expanded_uncertainty_mm": 0.51}, True),
+        ({"expanded_uncertainty_mm": 0.5}, False),
+        ({"reasons": Reason.FIT_FAILED}, True),
+        ({"reasons": Reason.NO_BAR}, False),
+    ],
+)
+def test_trust_is_low_only_while_a_bar_is_there(changes, low):
+    advising = advisor()
+    advising.update(thick(**changes), advising.points, 1.0)
+    assert advising.low_trust is low
 
 
-def test_set_points_are_read_in_their_units_and_zero_is_not_set():
-    written = {"target_diameter": 26550, "tolerance_plus": 40, "steel_temperature": 1050, "expansion_grade": 2}
-    assert SetPoints.of(written) == SetPoints(265.5, 0.4, None, 1050, 2)
-    assert SetPoints.of(dict.fromkeys(written, 0)) == SetPoints()
-    assert SetPoints.of({}) == SetPoints()
+def test_without_a_reading_trust_is_not_low():
+    advising = advisor()
+    advising.update(None, advising.points, 1.0)
+    assert not advising.low_trust

@@ -1,5 +1,3 @@
-"""TBD"""
-
 import asyncio
 import os
 import time
@@ -10,7 +8,8 @@ from messages import reading
 from station_cycles import WARM_UP, cycles, without_pauses
 
 from appliance.processes import monitored_process as keeper
-from appliance.processes.monitored_process import Health, Keeper
+from appliance.processes.monitored_process import Health, MonitoredProcess
+from appliance.sizing.message import MESSAGES
 
 TESTS = Path(__file__).parents[1]
 
@@ -46,7 +45,7 @@ def healths(environment, tmp_path, wanted: int) -> list[tuple[float, Health]]:
             if len(told) == wanted:
                 over.set()
 
-        task = asyncio.create_task(Keeper("blinking_station", "{}", lambda _: None, tell).keep())
+        task = asyncio.create_task(MonitoredProcess("blinking_station", "{}", MESSAGES, lambda _: None, tell).run())
         await asyncio.wait_for(over.wait(), 60)
         task.cancel()
         await asyncio.gather(task, return_exceptions=True)
@@ -87,7 +86,9 @@ def test_a_program_that_does_not_exist_is_an_end_like_any_other(environment):
     told: list[Health] = []
 
     async def run() -> None:
-        task = asyncio.create_task(Keeper("blinking_station", "{}", lambda _: None, told.append).keep())
+        task = asyncio.create_task(
+            MonitoredProcess("blinking_station", "{}", MESSAGES, lambda _: None, told.append).run()
+        )
         await asyncio.sleep(0.3)
         task.cancel()
         await asyncio.gather(task, return_exceptions=True)
@@ -100,7 +101,7 @@ def test_a_program_that_does_not_exist_is_an_end_like_any_other(environment):
 def test_a_keeper_that_is_cancelled_as_a_message_arrives_is_cancelled():
     async def run() -> bool:
         reader = asyncio.StreamReader()
-        task = asyncio.create_task(keeper._listen(reader, lambda _: None))
+        task = asyncio.create_task(keeper._listen(reader, MESSAGES, lambda _: None))
         await asyncio.sleep(0.05)
         reader.feed_data(reading().model_dump_json().encode() + b"\n")
         task.cancel()

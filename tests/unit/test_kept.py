@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from appliance.cli.serve import welcome
-from appliance.conformity import set_point_store as kept_module
-from appliance.conformity.set_point_store import FILE_NAME, Kept, KeptError, read, write
+from appliance.conformity import plc_inputs as kept_module
+from appliance.conformity.plc_inputs import FILE_NAME, PlcInputs, PlcInputsError, read, write
 from appliance.supervisor.settings import PlcSettings, Settings, state_folder
 
 WRITTEN = {"target_diameter": 26550, "product_id": 0x12345678, "steel_temperature": 1050, "hold": True}
@@ -29,32 +29,32 @@ def reports() -> Reports:
     return Reports()
 
 
-def loaded(folder: Path | None, reports: Reports) -> Kept:
-    kept = Kept(folder, reports)
-    kept.load()
-    return kept
+def loaded(folder: Path | None, reports: Reports) -> PlcInputs:
+    inputs = PlcInputs(folder, reports)
+    inputs.load()
+    return inputs
 
 
 def test_what_was_written_is_there_after_a_restart(tmp_path, reports):
-    kept = loaded(tmp_path, reports)
-    kept.take(WRITTEN)
-    asyncio.run(kept.save())
+    inputs = loaded(tmp_path, reports)
+    inputs.add(WRITTEN)
+    asyncio.run(inputs.save())
     assert loaded(tmp_path, reports).written == WRITTEN
     assert [path.name for path in tmp_path.iterdir()] == [FILE_NAME]
 
 
 def test_heartbeat_and_acknowledge_are_not_kept(tmp_path, reports):
-    kept = loaded(tmp_path, reports)
-    kept.take({"plc_heartbeat": 7, "acknowledge": True})
-    asyncio.run(kept.save())
+    inputs = loaded(tmp_path, reports)
+    inputs.add({"plc_heartbeat": 7, "acknowledge": True})
+    asyncio.run(inputs.save())
     assert list(tmp_path.iterdir()) == []
 
 
 def test_without_a_folder_nothing_is_written(reports):
-    kept = loaded(None, reports)
-    kept.take(WRITTEN)
-    asyncio.run(kept.save())
-    assert kept.written == WRITTEN
+    inputs = loaded(None, reports)
+    inputs.add(WRITTEN)
+    asyncio.run(inputs.save())
+    assert inputs.written == WRITTEN
     assert reports == {}
 
 
@@ -87,11 +87,11 @@ def test_whoever_may_write_is_told_when_nothing_is_kept(monkeypatch, writes, fol
 )
 def test_a_corrupt_file_is_a_fault_until_the_plc_has_written_again(tmp_path, reports, content):
     (tmp_path / FILE_NAME).write_bytes(content)
-    kept = loaded(tmp_path, reports)
-    assert kept.written == {}
+    inputs = loaded(tmp_path, reports)
+    assert inputs.written == {}
     assert FILE_NAME in reports["set_points_unreadable"]
-    kept.take(WRITTEN)
-    asyncio.run(kept.save())
+    inputs.add(WRITTEN)
+    asyncio.run(inputs.save())
     assert reports["set_points_unreadable"] == ""
     assert read(tmp_path / FILE_NAME) == WRITTEN
 
@@ -122,9 +122,9 @@ def test_a_full_disk_is_a_fault_and_is_tried_again_until_there_is_room(tmp_path,
     monkeypatch.setattr(kept_module, "write", write_if_there_is_room)
 
     async def scenario() -> None:
-        kept = loaded(tmp_path, reports)
-        keeping = asyncio.create_task(kept.keep())
-        kept.take(WRITTEN)
+        inputs = loaded(tmp_path, reports)
+        keeping = asyncio.create_task(inputs.keep())
+        inputs.add(WRITTEN)
         await asyncio.sleep(0.2)
         assert "No space left" in reports["set_points_not_saved"]
         full.clear()
@@ -142,17 +142,17 @@ def test_many_changes_are_few_files_and_equal_ones_none(tmp_path, reports, monke
     monkeypatch.setattr(kept_module, "write", lambda _, written: files.append(dict(written)))
 
     async def scenario() -> None:
-        kept = loaded(tmp_path, reports)
-        keeping = asyncio.create_task(kept.keep())
+        inputs = loaded(tmp_path, reports)
+        keeping = asyncio.create_task(inputs.keep())
         for number in range(100):
-            kept.take({"target_diameter": 20000 + number, "plc_heartbeat": number})
+            inputs.add({"target_diameter": 20000 + number, "plc_heartbeat": number})
             await asyncio.sleep(0.005)
         await asyncio.sleep(0.3)
         assert 2 <= len(files) <= 6
         assert files[-1] == {"target_diameter": 20099}
         count = len(files)
         for number in range(20):
-            kept.take({"target_diameter": 20099, "plc_heartbeat": number})
+            inputs.add({"target_diameter": 20099, "plc_heartbeat": number})
             await asyncio.sleep(0.02)
         assert len(files) == count
         keeping.cancel()
@@ -164,9 +164,9 @@ def test_a_slow_disk_does_not_hold_up_the_loop(tmp_path, reports, monkeypatch):
     monkeypatch.setattr(kept_module, "write", lambda *_: time.sleep(0.5))
 
     async def scenario() -> float:
-        kept = loaded(tmp_path, reports)
-        kept.take(WRITTEN)
-        saving = asyncio.create_task(kept.save())
+        inputs = loaded(tmp_path, reports)
+        inputs.add(WRITTEN)
+        saving = asyncio.create_task(inputs.save())
         await asyncio.sleep(0.05)
         begun_s = time.monotonic()
         await asyncio.sleep(0.01)
@@ -194,7 +194,7 @@ def test_where_nobody_may_write_an_old_hold_does_not_come_back(monkeypatch):
 def test_an_absent_file_is_nothing_written_and_a_folder_in_its_place_is_trouble(tmp_path):
     assert read(tmp_path / FILE_NAME) == {}
     (tmp_path / FILE_NAME).mkdir()
-    with pytest.raises(KeptError, match=FILE_NAME):
+    with pytest.raises(PlcInputsError, match=FILE_NAME):
         read(tmp_path / FILE_NAME)
 
 

@@ -1,5 +1,3 @@
-"""TBD"""
-
 import numpy as np
 import pytest
 

@@ -1,5 +1,3 @@
-"""TBD"""
-
 import itertools
 import math
 import time

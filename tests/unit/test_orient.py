@@ -1,5 +1,3 @@
-"""TBD"""
-
 import csv
 import json
 

@@ -1,5 +1,3 @@
-"""TBD"""
-
 import cv2
 import numpy as np
 import pytest

@@ -1,12 +1,12 @@
-"""TBD"""
+import math
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from messages import reading
 
-from appliance.conformity.bar_statistics import PerBar, part_of_bar
-from appliance.sizing.lasting_reasons import Lasting
+from appliance.conformity.bar_statistics import BarStatistics, part_of_bar
+from appliance.sizing.lasting_reasons import LastingReasons
 from appliance.sizing.reading_ring import ReadingRing
 from plc.process_image import VALUE_NAMES, decode, encode
 from vision.reasons import Reason
@@ -73,17 +73,17 @@ GAP_S = 0.3
 
 
 @pytest.fixture
-def bars() -> PerBar:
-    return PerBar(GAP_S)
+def bars() -> BarStatistics:
+    return BarStatistics(GAP_S)
 
 
-def take(bars: PerBar, at_s: float, diameter_mm: float | None, reasons: int = 0) -> dict:
-    valid = diameter_mm is not None
-    bars.take(reading(exposed_monotonic_s=at_s, valid=valid, diameter_mm=diameter_mm, reasons=reasons))
+def take(bars: BarStatistics, at_s: float, diameter_mm: float | None, reasons: int = 0) -> dict:
+    measured_mm = math.nan if diameter_mm is None else diameter_mm
+    bars.add(reading(exposed_monotonic_s=at_s, diameter_mm=measured_mm, reasons=Reason(reasons)))
     return bars.values()
 
 
-NO_BAR = int(Reason.NO_BAR)
+NO_BAR = Reason.NO_BAR
 
 
 def test_names_are_those_of_the_map_and_before_the_first_bar_there_is_no_value(bars):
@@ -95,7 +95,7 @@ def test_names_are_those_of_the_map_and_before_the_first_bar_there_is_no_value(b
 
 @given(st.lists(st.floats(80, 300), min_size=1, max_size=50))
 def test_a_bar_is_told_by_its_smallest_mean_and_largest_diameter(diameters):
-    bars = PerBar(GAP_S)
+    bars = BarStatistics(GAP_S)
     for number, diameter in enumerate(diameters):
         values = take(bars, number / 10, diameter)
     assert values["bar_sequence"] == 1
@@ -138,11 +138,11 @@ def test_after_blindness_the_next_bar_is_another_one(bars):
     assert take(bars, 0.1, 200.0)["bar_sequence"] == 2
 
 
-HEAD, TAIL, SHORT = int(Reason.BAR_HEAD), int(Reason.BAR_TAIL), int(Reason.BAR_TOO_SHORT)
+HEAD, TAIL, SHORT = Reason.BAR_HEAD, Reason.BAR_TAIL, Reason.BAR_TOO_SHORT
 
 
 def test_a_bar_is_seen_in_parts_one_after_the_other():
-    passing = [NO_BAR, SHORT | HEAD, HEAD, 0, TAIL, TAIL | SHORT, NO_BAR]
+    passing = [NO_BAR, SHORT | HEAD, HEAD, Reason.NONE, TAIL, TAIL | SHORT, NO_BAR]
     assert [part_of_bar(reasons).value for reasons in passing] == [
         *("none", "enter", "head", "body", "tail", "leave", "none"),
     ]
@@ -162,9 +162,9 @@ def test_a_bar_shorter_than_the_region_is_told_by_its_ends(bars):
     assert take(bars, 0.1, 192.0, HEAD | TAIL)["bar_mean"] == 191.0
 
 
-def active(lasting: Lasting, at_s: float, reasons: int) -> set[str]:
-    seen = lasting.take(reading(exposed_monotonic_s=at_s, reasons=reasons))
-    return {fault for fault, there in seen.items() if there}
+def active(lasting: LastingReasons, at_s: float, reasons: int) -> set[str]:
+    lasting.add(reading(exposed_monotonic_s=at_s, reasons=Reason(reasons)))
+    return {fault for fault, there in lasting.faults().items() if there}
 
 
 @pytest.mark.parametrize(
@@ -176,7 +176,7 @@ def active(lasting: Lasting, at_s: float, reasons: int) -> set[str]:
     ],
 )
 def test_a_doubt_becomes_a_fault_when_it_lasts_and_ends_when_it_is_long_gone(reason, fault):
-    lasting = Lasting(10.0)
+    lasting = LastingReasons(10.0)
     assert not active(lasting, 0.0, int(reason))
     assert not active(lasting, 9.9, int(reason))
     assert active(lasting, 10.0, int(reason)) == {fault}
@@ -186,7 +186,7 @@ def test_a_doubt_becomes_a_fault_when_it_lasts_and_ends_when_it_is_long_gone(rea
 
 
 def test_a_doubt_that_comes_and_goes_is_no_fault_and_gaps_between_bars_do_not_count():
-    lasting = Lasting(10.0)
+    lasting = LastingReasons(10.0)
     for tick in range(40):
         assert not active(lasting, float(tick), int(Reason.LOW_CONTRAST) if tick % 5 else 0)
     for tick in range(40, 49):

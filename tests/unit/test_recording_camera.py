@@ -1,5 +1,3 @@
-"""TBD"""
-
 import time
 
 import cv2

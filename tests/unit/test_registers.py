@@ -1,5 +1,3 @@
-"""TBD"""
-
 import dataclasses
 import math
 import re

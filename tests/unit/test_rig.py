@@ -1,5 +1,3 @@
-"""TBD"""
-
 import json
 from dataclasses import replace
 

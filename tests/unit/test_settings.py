@@ -1,5 +1,3 @@
-"""TBD"""
-
 from pathlib import Path
 
 import pytest

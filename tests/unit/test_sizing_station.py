@@ -1,5 +1,3 @@
-"""TBD"""
-
 import dataclasses
 import select
 import socket
@@ -18,6 +16,7 @@ from station_thread import Station
 from appliance.cameras.exposure_control import ExposureGuard
 from appliance.cameras.settings import ExposureSettings
 from appliance.cameras.simulated.pairs import MillSource
+from appliance.cameras.simulated.rig import mill_rig
 from appliance.processes import station_process as process
 from appliance.processes.message import StateMessage
 from appliance.simulation.bars.bars import bar_at
@@ -27,7 +26,6 @@ from appliance.sizing.message import ReadingMessage
 from appliance.sizing.stereo.gauge import TimedGauge
 from appliance.sizing.stereo.rig_file import RigError, load_rig, save_rig
 from appliance.sizing.stereo.settings import SizingSettings
-from appliance.sizing.stereo.simulated_rig import mill_rig
 from vision.sizing.gauge import Gauge
 from vision.sizing.tangent.gauge import TangentGauge
 
@@ -73,8 +71,8 @@ def camera(folder: Path, **more) -> dict:
 def test_readings_carry_the_diameter_and_the_moment_of_their_exposure(start, recording, rig):
     station = start(rig=rig, camera=camera(recording))
     first, second = station.hear(), station.hear()
-    assert first.diameter_mm == pytest.approx(bar_at(1, 0).diameter_mm, abs=0.3)
-    assert first.valid
+    assert first.reading.diameter_mm == pytest.approx(bar_at(1, 0).diameter_mm, abs=0.3)
+    assert first.reading.valid
     assert first.simulated
     lost = second.sequence - first.sequence
     assert second.exposed_monotonic_s - first.exposed_monotonic_s == pytest.approx(lost / 20)
@@ -103,7 +101,7 @@ def test_a_picture_that_breaks_is_a_lost_camera_until_it_is_mended(start, record
     assert fault.fault == "camera_lost"
     assert str(picture) in fault.detail
     picture.write_bytes(whole)
-    assert station.hear_until(ReadingMessage).valid
+    assert station.hear_until(ReadingMessage).reading.valid
 
 
 def test_a_recording_of_a_frozen_camera_is_played_to_its_end(start, recording, rig, monkeypatch):
@@ -113,7 +111,7 @@ def test_a_recording_of_a_frozen_camera_is_played_to_its_end(start, recording, r
             picture = recording / side / f"{number:06d}.png"
             picture.write_bytes((recording / side / "000000.png").read_bytes())
     station = start(rig=rig, camera=camera(recording, loop=False), liveness={"lost_after_ms": 100})
-    assert station.hear_until(ReadingMessage).valid
+    assert station.hear_until(ReadingMessage).reading.valid
     seen = [station.hear_until(StateMessage).fault]
     while seen[-1] != "recording_over":
         assert len(seen) < 50
@@ -128,7 +126,7 @@ def test_a_rig_that_is_missing_is_a_fault_until_it_is_there(start, recording, ri
     assert fault.fault == "rig_unusable"
     assert str(late) in fault.detail
     save_rig(load_rig(rig), late)
-    assert station.hear_until(ReadingMessage).valid
+    assert station.hear_until(ReadingMessage).reading.valid
 
 
 def test_a_camera_that_gives_nothing_is_lost(start, recording, rig, monkeypatch):

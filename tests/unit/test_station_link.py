@@ -1,13 +1,12 @@
-"""TBD"""
-
 import socket
 import time
 
 import pytest
 from messages import reading
 
-from appliance.processes.link import StationLink, parse
+from appliance.processes.link import StationLink
 from appliance.processes.message import StateMessage
+from appliance.sizing.message import MESSAGES
 
 
 @pytest.fixture
@@ -23,7 +22,7 @@ def test_a_message_arrives_as_it_was_sent_on_one_line(ends, message):
     StationLink(theirs).send(message)
     line = ours.recv(65536)
     assert line.count(b"\n") == 1
-    assert parse(line) == message
+    assert MESSAGES.validate_json(line) == message
 
 
 def test_nobody_who_does_not_read_can_stop_the_sender(ends):
@@ -52,7 +51,9 @@ def test_what_is_dropped_never_tears_what_is_sent(ends):
             received += ours.recv(100_000)
         except BlockingIOError:
             continue
-    numbers = [parse(line).sequence for line in received.splitlines(keepends=True) if line.endswith(b"\n")]
+    numbers = [
+        MESSAGES.validate_json(line).sequence for line in received.splitlines(keepends=True) if line.endswith(b"\n")
+    ]
     assert numbers == sorted(set(numbers))
     assert link.dropped > 0
     assert len(numbers) == 600 - link.dropped
@@ -79,10 +80,10 @@ def test_a_supervisor_that_is_gone_is_no_error_of_the_sender(ends):
 )
 def test_what_is_no_message_is_refused(line):
     with pytest.raises(ValueError, match="validation error"):
-        parse(line)
+        MESSAGES.validate_json(line)
 
 
 def test_a_reading_with_a_number_that_is_none_is_refused():
     line = reading(diameter_mm=1.5).model_dump_json().replace("1.5", "NaN").encode()
     with pytest.raises(ValueError, match="diameter_mm"):
-        parse(line)
+        MESSAGES.validate_json(line)

@@ -11,12 +11,12 @@ from modbus_wire import Wire, eventually, read, write_coils, write_registers
 from plc_view import Values, has_none, has_value, look, look_at_bits, wait_for
 from rehearsal import Rehearsal, rehearsing
 
-from appliance.conformity.set_point_store import FILE_NAME
-from appliance.diagnostics.fault_table import DeviceState
+from appliance.conformity.plc_inputs import FILE_NAME
 from appliance.processes import monitored_process as keeper
 from appliance.processes.message import StateMessage
 from appliance.supervisor.settings import Settings
 from appliance.supervisor.supervisor import Supervisor
+from plc.codes import DeviceState
 from plc.process_image import decode
 from plc.registers import READING_RING, SET_POINTS
 from vision.reasons import Reason
@@ -146,14 +146,14 @@ def test_a_process_that_gets_ready_is_served_as_starting(rehearsal):
 
 
 def test_a_process_that_compiles_counts_as_working_and_has_not_spoken_yet():
-    supervisor = Supervisor(Settings())
-    before_s = supervisor._worked_s
+    sizing = Supervisor(Settings())._sizing
+    before_s = sizing._worked_s
     time.sleep(0.01)
-    supervisor._hear(StateMessage(state="warming"))
-    assert supervisor._worked_s > before_s
-    assert supervisor._silent == {"sizing"}
-    supervisor._hear(StateMessage(state="starting"))
-    assert not supervisor._silent
+    sizing._receive(StateMessage(state="warming"))
+    assert sizing._worked_s > before_s
+    assert sizing._gate._silent == {"sizing"}
+    sizing._receive(StateMessage(state="starting"))
+    assert not sizing._gate._silent
 
 
 def test_settings_that_the_process_cannot_use_refuse_the_start(rehearsal):

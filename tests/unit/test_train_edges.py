@@ -1,5 +1,3 @@
-"""TBD"""
-
 import json
 
 import cv2

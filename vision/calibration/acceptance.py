@@ -6,8 +6,8 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from vision.calibration.initial_guess import HIGH, LOW, SIDES, Pose, View
-from vision.calibration.rig import Rig
+from vision.calibration.initial_guess import HIGH, LOW, Pose, View
+from vision.calibration.rig import SIDES, Rig
 
 PAIRS_MIN = 6
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.calibration.checkerboard import Board
+from vision.pictures import check_picture, grey
 
 # Found by trial on path-traced boards of 28 to 100 pixels a square: residual 0.032 px, against 0.057 with a window
 # of a tenth of a square. Decoding the pictures to linear light first makes it 0.043: a crossing of four squares is
@@ -59,27 +60,26 @@ def find_corners(image: NDArray[np.uint8], board: Board) -> Found:
     ValueError
         `image` is not a picture of 8 bit.
     """
-    if image.dtype != np.uint8 or image.ndim not in (2, 3) or image.size == 0:
-        raise ValueError(f"image: 8 bit, grey or colour, is needed, not {image.dtype} of shape {image.shape}")
-    grey = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), np.uint8) if image.ndim == 3 else image
+    check_picture("image", image)
+    pixels = grey(image)
     columns, rows = board.inner_corners
     reason = f"no board of {columns} x {rows} inner corners found"
-    for grid in _proposals(grey, board):
-        refined = _refined(grey, _right_handed(grid, board), board)
-        reason = _fault(grey, refined, board)
+    for grid in _proposals(pixels, board):
+        refined = _refined(pixels, _right_handed(grid, board), board)
+        reason = _fault(pixels, refined, board)
         if not reason:
-            return Found(_ordered(grey, refined, board), "")
+            return Found(_ordered(pixels, refined, board), "")
     return Found(None, reason)
 
 
-def _proposals(grey: NDArray[np.uint8], board: Board) -> Iterator[NDArray[np.float64]]:
+def _proposals(pixels: NDArray[np.uint8], board: Board) -> Iterator[NDArray[np.float64]]:
     size = board.inner_corners
     for flags in (cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE, 0):
-        found, corners = cv2.findChessboardCorners(grey, size, flags=flags)
+        found, corners = cv2.findChessboardCorners(pixels, size, flags=flags)
         if found:
             yield corners.reshape(-1, 2).astype(np.float64)
     for flags in (cv2.CALIB_CB_NORMALIZE_IMAGE, cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY):
-        found, corners = cv2.findChessboardCornersSB(grey, size, flags=flags)
+        found, corners = cv2.findChessboardCornersSB(pixels, size, flags=flags)
         if found:
             yield corners.reshape(-1, 2).astype(np.float64)
 
@@ -94,9 +94,9 @@ def _right_handed(corners: NDArray[np.float64], board: Board) -> NDArray[np.floa
     return (grid[:, ::-1] if mirrored else grid).reshape(-1, 2)
 
 
-def _refined(grey: NDArray[np.uint8], corners: NDArray[np.float64], board: Board) -> NDArray[np.float64]:
+def _refined(pixels: NDArray[np.uint8], corners: NDArray[np.float64], board: Board) -> NDArray[np.float64]:
     half = max(2, round(WINDOW_OF_SQUARE * _square_px(corners, board)))
-    smooth = cv2.GaussianBlur(grey.astype(np.float32), (0, 0), SMOOTHING_PX)
+    smooth = cv2.GaussianBlur(pixels.astype(np.float32), (0, 0), SMOOTHING_PX)
     criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-4)
     start = corners.astype(np.float32).reshape(-1, 1, 2)
     return cv2.cornerSubPix(smooth, start, (half, half), (-1, -1), criteria).reshape(-1, 2).astype(np.float64)
@@ -110,7 +110,7 @@ def _square_px(corners: NDArray[np.float64], board: Board) -> float:
     return float(min(np.linalg.norm(along, axis=2).min(), np.linalg.norm(down, axis=2).min()))
 
 
-def _fault(grey: NDArray[np.uint8], corners: NDArray[np.float64], board: Board) -> str:
+def _fault(pixels: NDArray[np.uint8], corners: NDArray[np.float64], board: Board) -> str:
     """Say why a grid is false; empty where it is not."""
     to_picture = _homography(corners, board)
     if to_picture is None:
@@ -119,12 +119,12 @@ def _fault(grey: NDArray[np.uint8], corners: NDArray[np.float64], board: Board) 
     residual = float(np.sqrt(np.mean(np.sum((mapped - corners) ** 2, axis=1)))) / _square_px(corners, board)
     if not residual < REGULAR_OF_SQUARE:
         return f"a grid was found, but it is not regular ({100.0 * residual:.0f} % of a square)"
-    if not _alternates(_lightness(grey, to_picture, board)):
+    if not _alternates(_lightness(pixels, to_picture, board)):
         return "a grid was found, but its squares are not light and dark in turn"
     return ""
 
 
-def _lightness(grey: NDArray[np.uint8], to_picture: NDArray[np.float64], board: Board) -> NDArray[np.float64]:
+def _lightness(pixels: NDArray[np.uint8], to_picture: NDArray[np.float64], board: Board) -> NDArray[np.float64]:
     """Mean pixel value of the middle of each square between the corners, shape (rows, columns)."""
     columns, rows = (count - 1 for count in board.inner_corners)
     scale = board.square_mm / PATCH_PX
@@ -133,7 +133,7 @@ def _lightness(grey: NDArray[np.uint8], to_picture: NDArray[np.float64], board: 
         [[scale, 0.0, first[0] + scale / 2.0], [0.0, -scale, first[1] - scale / 2.0], [0.0, 0.0, 1.0]]
     )
     patch = cv2.warpPerspective(
-        grey,
+        pixels,
         to_picture @ from_patch,
         (columns * PATCH_PX, rows * PATCH_PX),
         flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
@@ -151,10 +151,10 @@ def _alternates(light: NDArray[np.float64]) -> bool:
     return bool((steps > 0.0).all() or (steps < 0.0).all())
 
 
-def _ordered(grey: NDArray[np.uint8], corners: NDArray[np.float64], board: Board) -> NDArray[np.float64]:
+def _ordered(pixels: NDArray[np.uint8], corners: NDArray[np.float64], board: Board) -> NDArray[np.float64]:
     to_picture = _homography(corners, board)
     if board.half_turn_shows and to_picture is not None:
-        light = _lightness(grey, to_picture, board)
+        light = _lightness(pixels, to_picture, board)
         backwards = light[0, 0] > light[0, 1]
     else:
         backwards = corners[board.inner_corners[0] - 1, 0] < corners[0, 0]

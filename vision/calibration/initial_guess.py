@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.calibration.checkerboard import Board
+from vision.calibration.rig import SIDES
 from vision.geometry.camera import Camera, rotation
 
 HALF_TURN = np.diag([-1.0, -1.0, 1.0])
 LOW, HIGH = "low", "high"
-SIDES = ("left", "right")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.calibration.json_fields import Fields
+from vision.pictures import grey
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
@@ -81,8 +82,8 @@ class Marks:
         near_px = _moved_within(self, picture, SEARCH_PX)
         if np.isfinite(near_px) or len(self.patch) < LEAST:
             return near_px
-        grey = _grey(picture)
-        half = cv2.resize(grey, (grey.shape[1] // 2, grey.shape[0] // 2), interpolation=cv2.INTER_AREA)
+        smooth = _smooth_grey(picture)
+        half = cv2.resize(smooth, (smooth.shape[1] // 2, smooth.shape[0] // 2), interpolation=cv2.INTER_AREA)
         return 2 * _moved_within(self._halved(), np.asarray(half, np.float32), FAR_PX // 2)
 
     def _halved(self) -> "Marks":
@@ -114,28 +115,27 @@ def find_marks(low: Picture, high: Picture, boards_px: tuple[Array, Array]) -> M
     Marks
         At most `MOST`, the strongest.
     """
-    grey = _grey(low)
-    free = np.full(grey.shape, 255, np.uint8)
+    smooth = _smooth_grey(low)
+    free = np.full(smooth.shape, 255, np.uint8)
     border = HALF_PX + SEARCH_PX + 1
     free[:border], free[-border:], free[:, :border], free[:, -border:] = 0, 0, 0, 0
     for corners in boards_px:
         middle = corners.mean(axis=0)
         hull = cv2.convexHull((middle + BOARD_MARGIN * (corners - middle)).astype(np.float32))
         cv2.fillConvexPoly(free, np.rint(hull).astype(np.int32), 0)
-    corners = cv2.goodFeaturesToTrack(grey, 4 * MOST, 0.005, float(HALF_PX), mask=free)
+    corners = cv2.goodFeaturesToTrack(smooth, 4 * MOST, 0.005, float(HALF_PX), mask=free)
     if corners is None:
         return NO_MARKS
     place = np.rint(np.asarray(corners).reshape(-1, 2)).astype(np.int64)
-    patch = np.array([_around(grey, at, HALF_PX) for at in place])
+    patch = np.array([_around(smooth, at, HALF_PX) for at in place])
     shifts = [_shift_px(one, high, at) for one, at in zip(patch, place, strict=True)]
     still = [shift is not None and bool(np.hypot(*shift) < STILL_PX) for shift in shifts]
     return Marks(place[still][:MOST], patch[still][:MOST])
 
 
-def _grey(picture: Picture) -> NDArray[np.float32]:
+def _smooth_grey(picture: Picture) -> NDArray[np.float32]:
     """Grey picture without most of its noise."""
-    grey = picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
-    return np.asarray(cv2.GaussianBlur(grey.astype(np.float32), (0, 0), SMOOTH_PX), np.float32)
+    return np.asarray(cv2.GaussianBlur(grey(picture).astype(np.float32), (0, 0), SMOOTH_PX), np.float32)
 
 
 def _around(picture: NDArray[Any], place: NDArray[np.int64], half: int) -> NDArray[Any]:
@@ -166,7 +166,7 @@ def _shift_px(
     part = _around(picture, place, half_px + search_px)
     if min(part.shape[:2]) <= len(patch) + 1:  # at the border of the picture, or beyond it
         return None
-    around = part if part.dtype == np.float32 else _grey(np.ascontiguousarray(part))  # without noise already
+    around = part if part.dtype == np.float32 else _smooth_grey(np.ascontiguousarray(part))  # without noise already
     alike = cv2.matchTemplate(around, patch, cv2.TM_CCOEFF_NORMED)
     _, best, _, (column, row) = cv2.minMaxLoc(alike)
     rows, columns = alike.shape

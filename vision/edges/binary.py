@@ -4,7 +4,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-EVERY_EDGE, BAR_EDGES, CLEAR_EDGES = 0.02, 0.2, 0.3  # the source's confidences: whole line, hot bar, close-up
+# Confidences of the dissertation's structured forest, section 3.2: for the empty line and for a hot bar.
+EVERY_EDGE_CONFIDENCE, BAR_EDGE_CONFIDENCE = 0.02, 0.2
 
 
 def binarised(strength: NDArray[np.float32], confidence: float) -> NDArray[np.bool_]:

@@ -12,6 +12,7 @@ from skimage import filters
 from vision.edges.forest.features import PATCH_PX
 from vision.edges.forest.inference import EdgeDetector, shipped_detector
 from vision.edges.thinning import NORMAL_REACH_PX, ridge_normals
+from vision.pictures import check_shape
 
 EdgeMethod = Literal["forest", "sobel", "prewitt", "roberts", "canny"]
 
@@ -127,8 +128,7 @@ def checked_image(image: Image) -> Image:
     """
     if not isinstance(image, np.ndarray) or image.dtype != np.float32:
         raise ValueError(f"image: float32 wanted, got {getattr(image, 'dtype', type(image).__name__)}")
-    if image.ndim != 2 and image.shape[2:] != (3,):
-        raise ValueError(f"image: shape (rows, columns) or (rows, columns, 3) wanted, got {image.shape}")
+    check_shape("image", image)
     if min(image.shape[:2]) < PATCH_PX:
         raise ValueError(f"image: at least {PATCH_PX} rows and columns wanted, got shape {image.shape}")
     if not (image.min() >= 0 and image.max() <= 1):  # NaN fails both

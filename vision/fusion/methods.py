@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from vision.fusion.fourier import fuse_spectra
 from vision.fusion.multiscale import DEFAULT_SCALES, Scales, fuse_pyramids, fuse_wavelets
 from vision.fusion.wavelets import WAVELETS, WaveletName
+from vision.pictures import check_shape
 
 Method = Literal[
     "fft", "db2", "db4", "db8", "db16", "fk4", "fk6", "fk8", "fk18", "pyramid", "average", "minimum", "maximum"
@@ -84,8 +85,7 @@ def _fused(left: Planes, right: Planes, method: Method, scales: Scales, executor
 def _check_picture(name: str, picture: NDArray[Any]) -> None:
     if picture.dtype not in _TYPES:
         raise ValueError(f"{name}: {picture.dtype} is none of {', '.join(map(str, _TYPES))}")
-    if not (picture.ndim == 2 or (picture.ndim == 3 and picture.shape[2] == 3)) or picture.size == 0:
-        raise ValueError(f"{name}: shape {picture.shape} is neither (rows, columns) nor (rows, columns, 3), or empty")
+    check_shape(name, picture)
     if picture.dtype.kind == "f" and not np.isfinite(picture).all():
         raise ValueError(f"{name}: holds values that are not finite; fill them before fusing")
 

@@ -4,9 +4,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from vision.geometry.robust_constants import BIWEIGHT_TUNING, SIGMA_PER_MAD
+
 Array = NDArray[np.float64]
 
-BIWEIGHT = 4.685  # 95 % efficient on Gaussian noise (Beaton and Tukey, doi:10.1080/00401706.1974.10489171)
 ROUNDS = 6
 
 
@@ -34,7 +35,7 @@ def _fitted(row, column):  # type: ignore[no-untyped-def]
     start = np.median(column - slope * row)
     for _ in range(ROUNDS):
         residual = column - (slope * row + start)
-        scale = BIWEIGHT * max(1.4826 * np.median(np.abs(residual)), 1e-9)
+        scale = BIWEIGHT_TUNING * max(SIGMA_PER_MAD * np.median(np.abs(residual)), 1e-9)
         ratio = np.minimum(np.abs(residual / scale), 1.0)
         weight = (1.0 - ratio**2) ** 2
         total = weight.sum()

@@ -15,12 +15,12 @@ from numba import njit
 from numpy.typing import NDArray
 
 from vision.geometry.camera import Camera
+from vision.geometry.measuring_plane import PLANE_HEIGHT_MM, farthest_ideal_radius
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 Maps = tuple[NDArray[np.int16], NDArray[np.uint16]]
 
-PLANE_HEIGHT_MM = 100.0  # between the axis heights of the smallest and of the largest bar
 TURN_STEP = 0.0025  # rad; half a step turns a width of 300 mm by less than 0.001 mm
 COLUMN_BLOCK = 64  # columns are asked for in whole blocks, so that a bar that moves a little finds its map again
 KEPT_MAPS = 4
@@ -92,7 +92,7 @@ class Region:
         # a homography is known up to its sign; the depths that it gives must be positive
         middle = np.array([other.picture.shape[1] / 2, other.picture.shape[0] / 2, 1.0])
         to_ideal *= np.sign(to_ideal[2] @ middle)
-        maps = fixed_point_map(self.camera, to_ideal, other.picture.shape[:2], _farthest(self.camera))
+        maps = fixed_point_map(self.camera, to_ideal, other.picture.shape[:2], farthest_ideal_radius(self.camera))
         aligned = other.picture.copy()
         cv2.remap(self.raw, *maps, cv2.INTER_LINEAR, dst=aligned, borderMode=cv2.BORDER_TRANSPARENT)
         return aligned
@@ -115,7 +115,7 @@ class RegionSampler:
         self._first_mm = region_y_mm[0]
         self._step_mm = step_mm
         self._rows = max(2, round((region_y_mm[1] - region_y_mm[0]) / step_mm) + 1)
-        self._radius = _farthest(camera)
+        self._radius = farthest_ideal_radius(camera)
         self._maps: OrderedDict[tuple[int, int, int], Maps] = OrderedDict()
 
     def turned(self, image: Picture, slope: float, across_mm: tuple[float, float]) -> Region:
@@ -176,7 +176,7 @@ def picture_region(camera: Camera, image: Picture, region_y_mm: tuple[float, flo
     rows = max(2, round(high - low) + 1)
     moved = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, low], [0.0, 0.0, 1.0]])
     to_ideal = np.asarray(np.linalg.solve(camera.K, moved), dtype=np.float64)
-    maps = fixed_point_map(camera, to_ideal, (rows, width), _farthest(camera))
+    maps = fixed_point_map(camera, to_ideal, (rows, width), farthest_ideal_radius(camera))
     return Region(_remapped(image, maps), to_ideal, np.full((2, 3), np.nan), image, camera)
 
 
@@ -189,14 +189,26 @@ def whole_picture(camera: Camera, image: Picture) -> Region:
     image : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
     """
     to_ideal = np.asarray(np.linalg.inv(camera.K), dtype=np.float64)
-    maps = fixed_point_map(camera, to_ideal, image.shape[:2], _farthest(camera))
+    maps = fixed_point_map(camera, to_ideal, image.shape[:2], farthest_ideal_radius(camera))
     return Region(_remapped(image, maps), to_ideal, np.full((2, 3), np.nan), image, camera)
 
 
-def pixel_size_mm(camera: Camera) -> float:
-    """Size of a pixel across the camera's view at the middle of the plane."""
-    depth_mm = abs(camera.R[2] @ np.array([0.0, 0.0, PLANE_HEIGHT_MM]) + camera.t[2])
-    return float(depth_mm / camera.K[0, 0])
+def resampled_region(picture: Picture, region: Region) -> Region:
+    """Wrap an already resampled picture as a Region whose raw picture it is itself (identity camera).
+
+    Parameters
+    ----------
+    picture : ndarray of uint8, shape of `region.picture`
+        Has the pixels of `region`.
+    region : Region
+
+    Returns
+    -------
+    Region
+    """
+    size = picture.shape[1], picture.shape[0]
+    camera = Camera(np.eye(3), np.zeros(5), np.eye(3), np.zeros(3), size)
+    return Region(picture, np.eye(3), region.from_world, picture, camera)
 
 
 def fixed_point_map(camera: Camera, to_ideal: Array, shape: tuple[int, int], radius: float) -> Maps:
@@ -224,13 +236,6 @@ def fixed_point_map(camera: Camera, to_ideal: Array, shape: tuple[int, int], rad
 
 def _remapped(image: Picture, maps: Maps) -> Picture:
     return np.asarray(cv2.remap(image, *maps, cv2.INTER_LINEAR), dtype=np.uint8)
-
-
-def _farthest(camera: Camera) -> float:
-    """Ideal radius that the picture reaches; beyond it a lens model may fold back into the picture."""
-    width, height = camera.image_size
-    picture = np.stack(np.meshgrid(np.linspace(0, width, 33), np.linspace(0, height, 25)), axis=-1).reshape(-1, 2)
-    return 1.05 * float(np.nanmax(np.linalg.norm(camera.undistort(picture), axis=1)))
 
 
 @njit(nogil=True, cache=True)

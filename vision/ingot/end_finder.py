@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.ingot.end_circle import Circle, fit_lower_arc, vote_for_circle
+from vision.pictures import check_picture
 from vision.reasons import IngotReason
 
 Picture = NDArray[np.uint8]
@@ -160,10 +161,8 @@ class EndFinder:
 
         Raises
         ------
-        TypeError
-            `picture` is not of uint8.
         ValueError
-            `picture` has another shape, or does not hold the crop.
+            `picture` is not of uint8, has another shape, or does not hold the crop.
         """
         red, warmth = self._channels(picture)
         level, _ = cv2.threshold(red, 0, 255, cv2.THRESH_OTSU)
@@ -179,11 +178,8 @@ class EndFinder:
 
     def _channels(self, picture: Picture) -> tuple[Picture, Picture]:
         """Red and warmth of the crop; a grey picture is its own red and its own warmth."""
-        if picture.dtype != np.uint8:
-            raise TypeError(f"picture must be of uint8, got {picture.dtype}")
+        check_picture("picture", picture)
         crop = self._crop
-        if picture.ndim not in {2, 3} or picture.shape[2:] not in {(), (3,)}:
-            raise ValueError(f"picture must have shape (rows, columns) or (rows, columns, 3), got {picture.shape}")
         rows, columns = picture.shape[:2]
         if crop.x + crop.width > columns or crop.y + crop.height > rows:
             raise ValueError(f"picture of {columns} x {rows} does not hold the crop {tuple(crop)}")

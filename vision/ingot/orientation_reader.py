@@ -1,26 +1,24 @@
 """What one picture says of the ingot on the line: end, similarities, verdict."""
 
 from dataclasses import dataclass
-from typing import Literal
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.ingot.classifiers.similarity import as_reference, end_image, similarity
-from vision.ingot.classifiers.ssim import THRESHOLD, Orientation, dual, single
-from vision.ingot.classifiers.wrinkles import FaceJudge
-from vision.ingot.end_finder import End, EndFinder
+from vision.ingot.classifiers.classifier import Face
+from vision.ingot.classifiers.names import ClassifierName
+from vision.ingot.classifiers.similarity import as_reference, similarity
+from vision.ingot.classifiers.table import CLASSIFIERS
+from vision.ingot.end_finder import Box, End, EndFinder
+from vision.ingot.end_image import end_image
+from vision.light import CLIPPED_CODE
 from vision.readings import OrientationReading
 from vision.reasons import IngotReason
 
 Picture = NDArray[np.uint8]
-Classifier = Literal["wrinkles", "dual", "single"]
 
-CLASSIFIERS: tuple[Classifier, ...] = ("wrinkles", "dual", "single")
-CLIPPED_CODE = 250
 CLIPPED_SHARE = 0.1  # of the end: from here the picture counts as overexposed
-LOG_ODDS_PER_SIMILARITY = 60.0  # of the source's classifiers, whose similarities differ by some 0.1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -31,6 +29,22 @@ class References:
     bottom: Picture
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class IngotView:
+    """What must be known of a camera before its ingots can be read.
+
+    Attributes
+    ----------
+    references : References
+    crop, centroid : Box or None
+        None: shares of the picture.
+    """
+
+    references: References
+    crop: Box | None = None
+    centroid: Box | None = None
+
+
 class OrientationReader:
     """Reads pictures of one camera.
 
@@ -38,22 +52,21 @@ class OrientationReader:
     ----------
     finder : EndFinder
     references : References
-    classifier : {"wrinkles", "dual", "single"}
-        "single" and "dual" are the source's.
+    classifier : str
+        One of `CLASSIFIERS`; "single" and "dual" are the dissertation's.
 
     Raises
     ------
     ValueError
-        `classifier` is none of the three, or a reference has no picture's shape.
+        `classifier` is not in the table, or a reference has no picture's shape.
     """
 
-    def __init__(self, finder: EndFinder, references: References, classifier: Classifier = "wrinkles") -> None:
+    def __init__(self, finder: EndFinder, references: References, classifier: ClassifierName = "wrinkles") -> None:
         if classifier not in CLASSIFIERS:
             raise ValueError(f"classifier is {classifier!r}; allowed are {', '.join(CLASSIFIERS)}")
         self._finder = finder
         self._top, self._bottom = as_reference(references.top), as_reference(references.bottom)
-        self._classifier = classifier
-        self._judge = FaceJudge(self._top, self._bottom)
+        self._classifier = CLASSIFIERS[classifier](self._top, self._bottom)
 
     def read(self, picture: Picture) -> OrientationReading:
         """Find the end in a picture and say which one it is.
@@ -71,34 +84,26 @@ class OrientationReader:
 
         Raises
         ------
-        TypeError, ValueError
+        ValueError
             As in `EndFinder.find`.
         """
         end, reasons = self._finder.find(picture)
         if end is None:
             return OrientationReading(reasons=reasons)
         image = end_image(picture, end)
-        ssim_top, ssim_bottom = similarity(image, self._top), similarity(image, self._bottom)
-        orientation, log_odds = self._verdict(image, ssim_top, ssim_bottom)
+        face = Face(image, similarity(image, self._top), similarity(image, self._bottom))
+        verdict = self._classifier.judge(face)
         return OrientationReading(
             present=True,
-            orientation=orientation,
-            ssim_top=ssim_top,
-            ssim_bottom=ssim_bottom,
-            log_odds=log_odds,
+            orientation=verdict.orientation,
+            ssim_top=face.ssim_top,
+            ssim_bottom=face.ssim_bottom,
+            log_odds=verdict.log_odds,
             center_x=end.center_x,
             center_y=end.center_y,
             radius=end.radius,
             reasons=reasons | (IngotReason.OVEREXPOSED if _is_overexposed(picture, end) else IngotReason.NONE),
         )
-
-    def _verdict(self, image: Picture, ssim_top: float, ssim_bottom: float) -> tuple[Orientation, float]:
-        if self._classifier == "single":
-            return single(ssim_top), LOG_ODDS_PER_SIMILARITY * (ssim_top - THRESHOLD)
-        if self._classifier == "dual":
-            return dual(ssim_top, ssim_bottom), LOG_ODDS_PER_SIMILARITY * (ssim_top - ssim_bottom)
-        log_odds = self._judge.log_odds(image)
-        return "top" if log_odds > 0 else "bottom", log_odds
 
 
 def _is_overexposed(picture: Picture, end: End) -> bool:

@@ -15,11 +15,11 @@ from numba import njit
 from numpy.typing import NDArray
 
 from vision.geometry.camera import Camera
+from vision.geometry.measuring_plane import PLANE_HEIGHT_MM, farthest_ideal_radius, pixel_size_mm
 
 Array = NDArray[np.float64]
 Plane = NDArray[np.float32]
 
-PLANE_HEIGHT_MM = 100.0  # between the axis heights of the smallest and of the largest bar
 ROW_STEP_MM = 10.0
 COLUMN_STEP_PX = 2.0
 REACH_MM = 1500.0  # across the line, either side
@@ -74,7 +74,7 @@ class RegionGrid:
     def __init__(self, camera: Camera, region_y_mm: tuple[float, float]) -> None:
         rows = max(2, round((region_y_mm[1] - region_y_mm[0]) / ROW_STEP_MM) + 1)
         self.y_mm = np.linspace(*region_y_mm, rows)
-        self.column_step_mm = COLUMN_STEP_PX * _pixel_size_mm(camera)
+        self.column_step_mm = COLUMN_STEP_PX * pixel_size_mm(camera)
         x_mm = np.arange(-REACH_MM, REACH_MM, self.column_step_mm)
         pixel = _project_plane(camera, x_mm, self.y_mm)
         width, height = camera.image_size
@@ -188,21 +188,12 @@ def _project_plane(camera: Camera, x_mm: Array, y_mm: Array) -> Array:
     """
     x, y = np.meshgrid(x_mm, y_mm)
     points = np.column_stack([x.ravel(), y.ravel(), np.full(x.size, PLANE_HEIGHT_MM)])
-    width, height = camera.image_size
-    # a lens model that boards in the middle fixed may have no inverse in the corners of the picture
-    picture = np.stack(np.meshgrid(np.linspace(0, width, 33), np.linspace(0, height, 25)), axis=-1).reshape(-1, 2)
-    farthest = np.nanmax(np.linalg.norm(camera.undistort(picture), axis=1))
     seen = points @ camera.R.T + camera.t
     with np.errstate(divide="ignore", invalid="ignore"):
         radius = np.hypot(seen[:, 0], seen[:, 1]) / seen[:, 2]
     pixel = camera.project(points)
-    pixel[~((seen[:, 2] > 0) & (radius <= 1.05 * farthest))] = np.nan
+    pixel[~((seen[:, 2] > 0) & (radius <= farthest_ideal_radius(camera)))] = np.nan
     return pixel.reshape(*x.shape, 2)
-
-
-def _pixel_size_mm(camera: Camera) -> float:
-    distance = abs(camera.R[2] @ np.array([0.0, 0.0, PLANE_HEIGHT_MM]) + camera.t[2])
-    return float(distance / camera.K[0, 0])
 
 
 def _hot(grid: NDArray[np.uint8], decode: NDArray[np.float32]) -> NDArray[np.uint8] | None:

@@ -1,10 +1,16 @@
 """Settings of OAK cameras: as a pair, and one sensor alone."""
 
-from typing import Literal
+import contextlib
+from collections.abc import Generator
+from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
 
+from appliance.cameras.section import PairCamera, PictureCamera
 from appliance.settings.section import Section, unit
+
+if TYPE_CHECKING:
+    from appliance.cameras.source import PairSource, PictureSource
 
 OakSocket = Literal["CAM_A", "CAM_B", "CAM_C", "CAM_D"]
 
@@ -25,7 +31,7 @@ class _OakSensor(Section):
     )
 
 
-class OakCamera(_OakSensor):
+class OakCamera(PairCamera, _OakSensor):
     """OAK cameras."""
 
     kind: Literal["oak"] = Field(description="OAK cameras, through depthai")
@@ -40,10 +46,43 @@ class OakCamera(_OakSensor):
         default="grey", description="Kind of pictures; grey has the sharper edges"
     )
 
+    @property
+    def in_words(self) -> str:
+        """OAK cameras."""
+        return "OAK cameras"
 
-class OakPictures(_OakSensor):
+    def make_source(self, in_step_us: float, /) -> "PairSource":
+        """Image pairs of OAK cameras; see `PairCamera.make_source`."""
+        with _depthai():
+            from appliance.cameras.oak.source import OakSource
+        return OakSource(self, in_step_us)
+
+
+class OakPictures(PictureCamera, _OakSensor):
     """One sensor of an OAK camera."""
 
     kind: Literal["oak"] = Field(description="An OAK camera, through depthai")
     device: str = Field(default="", description="Device id, address or name; empty takes the only device")
     socket: OakSocket = Field(default="CAM_A", description="Sensor that takes the pictures")
+
+    @property
+    def in_words(self) -> str:
+        """One OAK camera."""
+        return "an OAK camera"
+
+    def make_source(self) -> "PictureSource":
+        """Pictures of one sensor; see `PictureCamera.make_source`."""
+        with _depthai():
+            from appliance.cameras.oak.source import OakPictureSource
+        return OakPictureSource(self)
+
+
+@contextlib.contextmanager
+def _depthai() -> Generator[None]:
+    """Turn a failed import of the extra library into a `CameraError` that says how to install it."""
+    from appliance.cameras.source import CameraError
+
+    try:
+        yield
+    except ImportError as error:
+        raise CameraError("depthai is not installed; install it with: pip install 'hotgauge[oak]'") from error

@@ -1,12 +1,15 @@
 """Recorded pictures of one camera: a folder of pictures, as a camera or one after the other."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Self
 
 from appliance.cameras.pacing import Pacer, utc_ms
 from appliance.cameras.recording.pairs import Laps, Picture, numbered_pictures, read_picture, unchanged_size
 from appliance.cameras.source import CameraError, Frame
+
+DARKEST_MOST = 20  # pictures of the empty line that are averaged
+SAME_LIGHT_SHARE = 0.005  # of full scale: mean light of empty pictures differs by less; a hot bar adds more
 
 
 class PictureRecording:
@@ -119,3 +122,19 @@ class PictureRecordingSource:
             dropped=self._pacer.dropped,
             repeated=repeated,
         )
+
+
+def darkest(frames: Iterable[tuple[int, Picture]]) -> list[Picture]:
+    """Pictures of the empty line among those of a recording: a hot bar makes all others brighter.
+
+    Parameters
+    ----------
+    frames : iterable of (int, ndarray of uint8)
+        Number and picture of each frame; gone through once, and only those that may be empty are kept.
+    """
+    kept: list[tuple[float, Picture]] = []
+    for _, picture in frames:
+        kept.append((float(picture.mean()) / 255, picture))
+        limit = min(light for light, _ in kept) + SAME_LIGHT_SHARE
+        kept = [one for one in kept if one[0] <= limit][:DARKEST_MOST]
+    return [picture for _, picture in kept]

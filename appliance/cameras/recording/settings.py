@@ -1,13 +1,17 @@
 """Settings of recordings in place of cameras."""
 
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
 
-from appliance.settings.section import FilePath, Section, unit
+from appliance.cameras.section import EmptyLine, PairCamera, PictureCamera
+from appliance.settings.section import FilePath, unit
+
+if TYPE_CHECKING:
+    from appliance.cameras.source import PairSource, PictureSource
 
 
-class RecordingCamera(Section):
+class RecordingCamera(PairCamera):
     """A recording as camera."""
 
     kind: Literal["recording"] = Field(description="Pictures recorded before")
@@ -21,8 +25,19 @@ class RecordingCamera(Section):
     )
     loop: bool = Field(default=True, description="Start again at the end")
 
+    @property
+    def in_words(self) -> str:
+        """The recording, by its folder."""
+        return f"the recording {self.path}"
 
-class RecordedPictures(Section):
+    def make_source(self, _in_step_us: float, /) -> "PairSource":
+        """Recorded image pairs; see `PairCamera.make_source`."""
+        from appliance.cameras.recording.pairs import RecordingSource
+
+        return RecordingSource(self.path, rate_hz=self.rate_hz, loop=self.loop)
+
+
+class RecordedPictures(PictureCamera):
     """A recording of one camera as camera."""
 
     kind: Literal["recording"] = Field(description="Pictures recorded before")
@@ -35,3 +50,20 @@ class RecordedPictures(Section):
         json_schema_extra=unit("1/s"),
     )
     loop: bool = Field(default=True, description="Start again at the end")
+
+    @property
+    def in_words(self) -> str:
+        """The recording, by its folder."""
+        return f"the recording {self.path}"
+
+    def make_source(self) -> "PictureSource":
+        """Recorded pictures; see `PictureCamera.make_source`."""
+        from appliance.cameras.recording.pictures import PictureRecordingSource
+
+        return PictureRecordingSource(self.path, rate_hz=self.rate_hz, loop=self.loop)
+
+    def own_empty_line(self) -> EmptyLine:
+        """The recording's darkest pictures; raises `CameraError` when it cannot be read."""
+        from appliance.cameras.recording.pictures import PictureRecording, darkest
+
+        return EmptyLine(darkest(PictureRecording(self.path)), f"the darkest pictures of {self.path}")

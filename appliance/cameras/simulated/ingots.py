@@ -6,8 +6,11 @@ from appliance.cameras.pacing import Pacer
 from appliance.cameras.simulated.pairs import Picture, drawn_frame
 from appliance.cameras.source import Frame
 from appliance.simulation.ingots.conditions import ingot_line
-from appliance.simulation.ingots.faces import Label
 from appliance.simulation.ingots.sequence import IngotSequence
+from vision.ingot.end_finder import Box
+from vision.ingot.orientation_reader import IngotView, References
+
+CONDITION = "mixed"  # of the line that the settings draw: everything that the line can show
 
 
 class IngotMillSource:
@@ -22,31 +25,22 @@ class IngotMillSource:
         left out and counted as dropped.
     condition : str
         Of `INGOT_CONDITIONS`; raises `ValueError` when it is not in the table.
-
-    Attributes
-    ----------
-    line : IngotLine
-        What is known of the line before: `roi_crop()`, `roi_centroid()`, `radius_px()`.
     """
 
     simulated = True
 
-    def __init__(self, seed: int, rate_hz: float, condition: str = "mixed") -> None:
+    def __init__(self, seed: int, rate_hz: float, condition: str = CONDITION) -> None:
         self._rate_hz = rate_hz
-        self.line = ingot_line(seed, condition)
+        self._line = ingot_line(seed, condition)
 
     def __enter__(self) -> Self:
         """Draw what stands still, then start the clock."""
-        self._sequence = IngotSequence(self.line)
+        self._sequence = IngotSequence(self._line)
         self._pacer = Pacer(self._rate_hz)
         return self
 
     def __exit__(self, *_: object) -> None:
         """Nothing is held open."""
-
-    def references(self) -> dict[Label, Picture]:
-        """Bottom squares of a top and a bottom that come in no picture; only while the source is open."""
-        return self._sequence.references
 
     def next(self, timeout_s: float) -> Frame | None:
         """Newest picture that is due, with its truth; None when none is due in time."""
@@ -55,3 +49,12 @@ class IngotMillSource:
     def _draw(self, number: int) -> tuple[Picture, dict[str, object]]:
         picture, truth = self._sequence.picture(number)
         return picture, truth._asdict()
+
+
+def mill_view(seed: int) -> IngotView:
+    """References and regions of the line that a seed draws, as somebody would have recorded them before."""
+    sequence = IngotSequence(ingot_line(seed, CONDITION))
+    pictures = sequence.references
+    return IngotView(
+        References(pictures["top"], pictures["bottom"]), Box(*sequence.roi_crop), Box(*sequence.roi_centroid)
+    )

@@ -11,7 +11,7 @@ from appliance.cameras.source import Frame
 from appliance.simulation.thermal_line import ThermalLine, ThermalSequence, thermal_camera
 
 SPACING_MM, HEIGHT_MM = 600.0, 100.0  # of the barriers; bars of up to 300 mm pass between them
-EMPTY = 5
+EMPTY_PICTURES = 5  # drawn of the line before the first bar
 
 
 class ThermalMillSource:
@@ -44,7 +44,7 @@ class ThermalMillSource:
 
     def empty(self) -> list[NDArray[np.uint8]]:
         """Pictures of the line before the first bar."""
-        return [self._sequence.empty(number) for number in range(EMPTY)]
+        return [self._sequence.empty(number) for number in range(EMPTY_PICTURES)]
 
     def next(self, timeout_s: float) -> Frame | None:
         """Newest picture that is due, with its truth; None when none is due in time."""

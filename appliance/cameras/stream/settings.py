@@ -1,13 +1,17 @@
 """Settings of network and USB cameras."""
 
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
 
-from appliance.settings.section import Section, unit
+from appliance.cameras.section import PairCamera, PictureCamera
+from appliance.settings.section import unit
+
+if TYPE_CHECKING:
+    from appliance.cameras.source import PairSource, PictureSource
 
 
-class StreamCamera(Section):
+class StreamCamera(PairCamera):
     """Network or USB cameras through OpenCV."""
 
     kind: Literal["stream"] = Field(description="RTSP or HTTP streams, or V4L2 devices")
@@ -21,8 +25,19 @@ class StreamCamera(Section):
         json_schema_extra=unit("ms"),
     )
 
+    @property
+    def in_words(self) -> str:
+        """Two streams."""
+        return "two streams"
 
-class StreamPictures(Section):
+    def make_source(self, in_step_us: float, /) -> "PairSource":
+        """Image pairs of two streams; see `PairCamera.make_source`."""
+        from appliance.cameras.stream.source import StreamSource
+
+        return StreamSource(self, in_step_us)
+
+
+class StreamPictures(PictureCamera):
     """A network or USB camera through OpenCV."""
 
     kind: Literal["stream"] = Field(description="RTSP or HTTP stream, or a V4L2 device")
@@ -34,3 +49,14 @@ class StreamPictures(Section):
         description="Time from exposure to arrival; it counts to the age of a reading",
         json_schema_extra=unit("ms"),
     )
+
+    @property
+    def in_words(self) -> str:
+        """One stream."""
+        return "a stream"
+
+    def make_source(self) -> "PictureSource":
+        """Pictures of one stream; see `PictureCamera.make_source`."""
+        from appliance.cameras.stream.source import StreamPictureSource
+
+        return StreamPictureSource(self)

@@ -1,7 +1,7 @@
 """The empty line between two barriers: the pictures that show it, and the gauge that they make, with its clock."""
 
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from appliance.cameras.recording.pairs import read_picture
 from appliance.cameras.source import CameraError
+from appliance.sizing.method import ScaleError
 from vision.readings import SizeReading
 from vision.reasons import Reason
 from vision.sizing.conveyor.barriers import Barriers
@@ -16,8 +17,6 @@ from vision.sizing.conveyor.gauge import ConveyorGauge
 
 Picture = NDArray[np.uint8]
 
-EMPTY_MOST = 20  # pictures of the empty line that are averaged
-SAME_LIGHT = 0.005  # of full scale: how far mean light of empty pictures differs; a bar adds more
 DRAWN_LEVEL = 230  # of the bar that warms up
 TROUBLE = {
     Reason.BARRIER_HIDDEN: "no pair of barriers shows along the line, or more than a fifth of one is hidden",
@@ -25,24 +24,10 @@ TROUBLE = {
 }
 
 
-class EmptyLineError(Exception):
+class EmptyLineError(ScaleError):
     """There is no usable picture of the empty line; the message says which, why and what to do."""
 
-
-def darkest(frames: Iterable[tuple[int, Picture]]) -> list[Picture]:
-    """Pictures of the empty line among those of a recording: a hot bar makes all others brighter.
-
-    Parameters
-    ----------
-    frames : iterable of (int, ndarray of uint8)
-        Number and picture of each frame; gone through once, and only those that may be empty are kept.
-    """
-    kept: list[tuple[float, Picture]] = []
-    for _, picture in frames:
-        kept.append((float(picture.mean()) / 255, picture))
-        limit = min(light for light, _ in kept) + SAME_LIGHT
-        kept = [one for one in kept if one[0] <= limit][:EMPTY_MOST]
-    return [picture for _, picture in kept]
+    fault = "empty_line_unusable"
 
 
 def background(path: Path) -> list[Picture]:

@@ -5,10 +5,10 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from appliance.cameras.recording.pictures import PictureRecording
+from appliance.cameras.recording.pictures import PictureRecording, darkest
 from appliance.files.atomic_file import whole_file
 from appliance.files.row_writer import row_writer
-from appliance.sizing.conveyor.empty_line import TimedConveyorGauge, darkest
+from appliance.sizing.conveyor.empty_line import TimedConveyorGauge
 from appliance.sizing.conveyor.empty_line import background as background_of
 from appliance.sizing.conveyor.plots import ConveyorPlots
 from appliance.sizing.reading_rows import COLUMNS, row

@@ -1,13 +1,23 @@
 """Settings of the sizing station with one camera between barriers."""
 
-from typing import Literal
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, Self
 
 from pydantic import Field
 
 from appliance.cameras.kinds import ConveyorCamera
+from appliance.cameras.recording.settings import RecordedPictures
 from appliance.cameras.simulated.settings import MillThermal
-from appliance.processes.settings import StationSettings
+from appliance.settings.file import SettingsError
 from appliance.settings.section import FilePath, Section, unit
+from appliance.sizing.method import ScaleCheck, SizingMethod, TimedReader
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from appliance.cameras.source import PictureSource
 
 
 class ConveyorLine(Section):
@@ -39,9 +49,43 @@ class ConveyorLine(Section):
     )
 
 
-class ConveyorSettings(StationSettings):
+class ConveyorSettings(SizingMethod):
     """The sizing station with one camera over a conveyor between barriers."""
 
     method: Literal["conveyor"] = Field(description="One camera, not calibrated, over a conveyor between two barriers")
     camera: ConveyorCamera = Field(default_factory=MillThermal, description="Where pictures come from")
     conveyor: ConveyorLine = Field(description="What is known of the line")
+
+    def make_source(self) -> "PictureSource":
+        """The source of single pictures; see `SizingMethod.make_source`."""
+        return self.camera.make_source()
+
+    def make_gauge(self, _on_usable: Callable[[], None], /) -> TimedReader:
+        """The gauge of the empty line, which is made at once; see `SizingMethod.make_gauge`."""
+        from appliance.sizing.conveyor.gauge import conveyor_gauge
+
+        return conveyor_gauge(self)
+
+    def with_recording(self, recording: Path, rig: Path | None) -> Self:
+        """The same settings with a recording; see `SizingMethod.with_recording`."""
+        if rig is not None:
+            raise SettingsError('--rig: sizing.method = "conveyor" has none; leave it out')
+        return self.model_copy(update={"camera": RecordedPictures(kind="recording", path=recording)})
+
+    def check_scale(self) -> ScaleCheck:
+        """Whether the empty line shows two straight barriers; see `SizingMethod.check_scale`."""
+        from appliance.cameras.source import CameraError
+        from appliance.sizing.conveyor.empty_line import EmptyLineError
+        from appliance.sizing.conveyor.gauge import conveyor_gauge
+
+        try:
+            gauge = conveyor_gauge(self)
+        except (CameraError, EmptyLineError) as error:
+            return ScaleCheck("barriers", "BAD", str(error))
+        return ScaleCheck("barriers", "good", f"two straight ones in {gauge.name}")
+
+    def check_pictures(self, pictures: "Sequence[NDArray[np.uint8]]") -> None:
+        """Measure a picture once; see `SizingMethod.check_pictures`."""
+        from appliance.sizing.conveyor.gauge import conveyor_gauge
+
+        conveyor_gauge(self).measure(*pictures)

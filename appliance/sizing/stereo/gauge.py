@@ -2,17 +2,21 @@
 
 import time
 from collections.abc import Callable
+from functools import partial
+from pathlib import Path
 from typing import Generic, Protocol, TypeVar
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from appliance.sizing.stereo.rig_file import RigError
+from appliance.sizing.stereo.rig_file import RigError, load_rig
 from vision.calibration.rig import Rig
 from vision.geometry.camera import Camera
-from vision.sizing.limits import SIDES
-from vision.sizing.region_grid import PLANE_HEIGHT_MM
+from vision.geometry.measuring_plane import PLANE_HEIGHT_MM
+from vision.readings import SizeReading
+from vision.sizing.gauge import Gauge
+from vision.sizing.limits import LIMB_SIDES
 from vision.sizing.tangent.tangent_planes import TangentPlane
 
 Picture = NDArray[np.uint8]
@@ -86,12 +90,38 @@ class TimedGauge(Generic[Reading_co]):
             )
 
 
+def rig_file_gauge(path: Path, ovality_mm: float) -> TimedGauge[SizeReading]:
+    """The gauge of a rig file; raises `RigError` as `load_rig` and `TimedGauge` do.
+
+    Parameters
+    ----------
+    path : Path
+    ovality_mm : float
+        Greatest minus least width of a section that the product may have.
+    """
+    return pair_gauge(load_rig(path), str(path), ovality_mm)
+
+
+def pair_gauge(rig: Rig, name: str, ovality_mm: float) -> TimedGauge[SizeReading]:
+    """The gauge of a rig, by both routes; raises `RigError` as `TimedGauge` does.
+
+    Parameters
+    ----------
+    rig : Rig
+    name : str
+        Where the rig comes from, for the sentence that refuses.
+    ovality_mm : float
+        Greatest minus least width of a section that the product may have.
+    """
+    return TimedGauge[SizeReading](rig, name, partial(Gauge, ovality_mm=ovality_mm))
+
+
 def _drawn_bar(camera: Camera) -> Picture:
     """Grey picture of nothing but a bar on the rollers, as one camera would see it."""
     cylinder = np.array([0.0, DRAWN_MM / 2, 0.0, 0.0, DRAWN_MM / 2])
     y_mm = np.linspace(-400.0, 400.0, 50)
     outline: list[NDArray[np.float64]] = []
-    for side in SIDES:
+    for side in LIMB_SIDES:
         line = TangentPlane.touching(camera.centre_mm, cylinder, side).line
         points = np.column_stack([line[0] * y_mm + line[1], y_mm, np.full(y_mm.size, PLANE_HEIGHT_MM)])
         outline.append(camera.project(points)[::side])

@@ -4,11 +4,14 @@ import os
 import tempfile
 from pathlib import Path
 
+from appliance.sizing.method import ScaleError
 from vision.calibration.rig import Rig
 
 
-class RigError(Exception):
-    """A calibration file cannot be read or written; the message says which, why and what to do."""
+class RigError(ScaleError):
+    """A calibration file cannot be read, written or used; the message says which, why and what to do."""
+
+    fault = "rig_unusable"
 
 
 def load_rig(path: Path) -> Rig:

@@ -1,24 +1,81 @@
 """Settings of the sizing station with two calibrated cameras."""
 
-from typing import Literal
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, Self
 
 from pydantic import Field
 
-from appliance.cameras.kinds import Camera
+from appliance.cameras.kinds import StereoCamera
+from appliance.cameras.recording.settings import RecordingCamera
 from appliance.cameras.simulated.settings import MillCamera
-from appliance.processes.settings import StationSettings
+from appliance.settings.file import SettingsError
 from appliance.settings.section import FilePath
+from appliance.sizing.method import ScaleCheck, SizingMethod, TimedReader
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from appliance.cameras.source import PairSource
+
+NO_RIG = "sizing.rig is not set; make a rig file with `hotgauge calibrate` and set it"
 
 
-class SizingSettings(StationSettings):
+class SizingSettings(SizingMethod):
     """The sizing station with two cameras."""
 
     method: Literal["tangent"] = Field(
         default="tangent", description="Two calibrated cameras; the method without this key"
     )
 
-    camera: Camera = Field(default_factory=MillCamera, description="Where image pairs come from")
+    camera: StereoCamera = Field(default_factory=MillCamera, description="Where image pairs come from")
     rig: FilePath | None = Field(
         default=None,
         description="Calibration of the two cameras, from `hotgauge calibrate`; the mill can do without",
     )
+
+    def make_source(self) -> "PairSource":
+        """The source of image pairs; see `SizingMethod.make_source`."""
+        return self.camera.make_source(self.liveness.apart_max_us)
+
+    def make_gauge(self, on_usable: Callable[[], None], /) -> TimedReader:
+        """The gauge of the rig file, else of the rig that the camera has by itself; see `SizingMethod.make_gauge`."""
+        from appliance.sizing.stereo.gauge import pair_gauge, rig_file_gauge
+        from appliance.sizing.stereo.rig_file import RigError
+
+        if self.rig is not None:
+            return rig_file_gauge(self.rig, self.ovality_mm)
+        calibrate = self.camera.own_rig()
+        if calibrate is None:
+            raise RigError(NO_RIG)
+        on_usable()
+        return pair_gauge(calibrate(), f"rig of {self.camera.in_words}", self.ovality_mm)
+
+    def with_recording(self, recording: Path, rig: Path | None) -> Self:
+        """The same settings with a recording and its rig; see `SizingMethod.with_recording`."""
+        if rig is None:
+            raise SettingsError("--rig: the rig file of these cameras is missing; make it with hotgauge calibrate")
+        return self.model_copy(update={"camera": RecordingCamera(kind="recording", path=recording), "rig": rig})
+
+    def check_scale(self) -> ScaleCheck:
+        """Whether the rig can be used; see `SizingMethod.check_scale`."""
+        from appliance.sizing.stereo.gauge import rig_file_gauge
+        from appliance.sizing.stereo.rig_file import RigError
+
+        if self.rig is None:
+            if self.camera.own_rig() is not None:
+                return ScaleCheck("rig", "note", f"none; {self.camera.in_words} calibrates itself")
+            return ScaleCheck("rig", "BAD", NO_RIG)
+        try:
+            rig_file_gauge(self.rig, self.ovality_mm)
+        except RigError as error:
+            return ScaleCheck("rig", "BAD", str(error))
+        return ScaleCheck("rig", "good", str(self.rig))
+
+    def check_pictures(self, pictures: "Sequence[NDArray[np.uint8]]") -> None:
+        """Measure a pair once where there is a rig file; see `SizingMethod.check_pictures`."""
+        from appliance.sizing.stereo.gauge import rig_file_gauge
+
+        if self.rig is not None:
+            rig_file_gauge(self.rig, self.ovality_mm).measure(*pictures)

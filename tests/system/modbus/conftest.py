@@ -1,5 +1,3 @@
-"""TBD"""
-
 from collections.abc import Iterator
 
 import pytest

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 from skimage.metrics import structural_similarity
 
-from vision.ingot.end_finder import End
+from vision.pictures import check_shape, grey
 
 Picture = NDArray[np.uint8]
 
@@ -31,28 +31,6 @@ class Exponents(NamedTuple):
 ONES = Exponents()
 
 
-def end_image(picture: Picture, end: End) -> Picture:
-    """The bottom square of an ingot, grey, at the size of the references.
-
-    Parameters
-    ----------
-    picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
-        Grey, or blue-green-red.
-    end : End
-
-    Returns
-    -------
-    ndarray of uint8, shape (64, 64)
-        The end's circle touches all four sides.
-    """
-    step = 2 * end.radius / SIZE
-    first = (step - 1) / 2 - end.radius + 0.5
-    crop = np.array([[step, 0, end.center_x + first], [0, step, end.center_y + first]])
-    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    square = cv2.warpAffine(picture, crop, (SIZE, SIZE), flags=flags, borderMode=cv2.BORDER_REPLICATE)
-    return as_reference(np.asarray(square, np.uint8))
-
-
 def as_reference(picture: Picture) -> Picture:
     """A picture as it is compared: grey, 64 x 64.
 
@@ -69,12 +47,11 @@ def as_reference(picture: Picture) -> Picture:
     ValueError
         `picture` has another shape.
     """
-    if picture.ndim not in {2, 3} or picture.shape[2:] not in {(), (3,)}:
-        raise ValueError(f"picture must have shape (rows, columns) or (rows, columns, 3), got {picture.shape}")
-    grey = picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
-    if grey.shape != (SIZE, SIZE):
-        grey = cv2.resize(grey, (SIZE, SIZE), interpolation=cv2.INTER_AREA)
-    return np.asarray(grey, np.uint8)
+    check_shape("picture", picture)
+    pixels = grey(picture)
+    if pixels.shape != (SIZE, SIZE):
+        pixels = cv2.resize(pixels, (SIZE, SIZE), interpolation=cv2.INTER_AREA)
+    return np.asarray(pixels, np.uint8)
 
 
 def similarity(image: Picture, reference: Picture, exponents: Exponents = ONES) -> float:

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.ingot.classifiers.classifier import Face, FaceClassifier, Verdict
 from vision.ingot.classifiers.similarity import SIZE
 
 Array = NDArray[np.float64]
@@ -26,8 +27,8 @@ LEAST = 1e-3
 MEASURES = ("rim", "fine", "coarse", "coherence", "sparseness", "rim_evenness")
 RELATIVE = np.array([1, 1, 1, 0, 0, 0])  # to the mean of both references
 
-# Logistic regression on the simulated ingot line, seeds 10000 and up (`python -m appliance.train_faces`): of each
-# measure the mean, the standard deviation and the weight in natural logarithms of odds; the constant.
+# Logistic regression on the simulated ingot line, seeds 10000 and up (`python -m appliance.training.ingot_faces`):
+# of each measure the mean, the standard deviation and the weight in natural logarithms of odds; the constant.
 MEAN = np.array([-0.005408, 0.07262, 0.1583, 0.5769, 1.478, 1.332])
 DEVIATION = np.array([0.04181, 0.6474, 0.658, 0.1412, 0.695, 1.318])
 WEIGHT = np.array([1.415, 3.924, -3.664, 3.071, -5.211, 2.172])
@@ -112,7 +113,7 @@ def _coherence(wrinkles: Plane) -> float:
     return float(np.sqrt((xx - yy) ** 2 + 4 * xy**2).sum() / max(float((xx + yy).sum()), LEAST**4))
 
 
-class FaceJudge:
+class WrinkleOdds(FaceClassifier):
     """Odds that an end is a top, from its measures and those of two references.
 
     Parameters
@@ -132,3 +133,8 @@ class FaceJudge:
         """Natural logarithm of the odds of a top against a bottom."""
         standard = np.clip((self.relative(image) - MEAN) / DEVIATION, -LARGEST, LARGEST)
         return float(standard @ WEIGHT + CONSTANT)
+
+    def judge(self, face: Face) -> Verdict:
+        """Top where the odds are in its favour."""
+        log_odds = self.log_odds(face.image)
+        return Verdict("top" if log_odds > 0 else "bottom", log_odds)

@@ -7,17 +7,18 @@ direction has to run up and down the picture, and the barriers have to be bright
 from dataclasses import dataclass
 from itertools import pairwise
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from vision.edges.binary import EVERY_EDGE, binarised, denoised
+from vision.edges.binary import EVERY_EDGE_CONFIDENCE, binarised, denoised
 from vision.edges.operators import detect_edges
 from vision.edges.subpixel import Crossings, half_level_crossing
 from vision.edges.thinning import ridges
 from vision.geometry.robust_line import robust_line
+from vision.pictures import grey
 from vision.reasons import Reason
+from vision.sizing.limits import FIRST_BLUR_PX
 
 Array = NDArray[np.float64]
 Plane = NDArray[np.float32]
@@ -29,7 +30,6 @@ LINE_LEAST = 0.2  # of the picture's rows: shorter ones are no barriers
 NEAR_PX = 2.5  # of a line: its pixels; twice that is the mask of algorithm 6
 SIDE_PX = 4.0  # from a line: where it is told which side is brighter
 SAMPLES_PX = np.arange(-8.0, 6.25, 0.25)  # along a profile, from the conveyor to the barrier, which may be narrow
-BLUR_PX = 1.5  # of an edge, taken before it is known
 SHOWS = 0.4  # of a clear row's step of light: less is hidden
 SHOWN_LEAST = 0.8  # of the rows: barriers that show less are hidden
 BANDS = 24  # of rows, whose middles tell how straight a barrier is
@@ -170,7 +170,7 @@ def _straight_edges(light: Plane) -> list[_Edge]:
     edges = detect_edges(light, "forest")
     away = np.minimum(edges.normal_rad, np.pi - edges.normal_rad)
     thin = ridges(edges.strength, edges.normal_rad)
-    row, column = np.nonzero(denoised(binarised(thin, EVERY_EDGE)) & (away <= UPRIGHT_RAD))
+    row, column = np.nonzero(denoised(binarised(thin, EVERY_EDGE_CONFIDENCE)) & (away <= UPRIGHT_RAD))
     found: list[_Edge] = []
     while len(found) < LINES_MOST:
         line = _most_voted(row, column, light.shape)
@@ -244,7 +244,7 @@ def _whole_rows(light: Plane, line: Array, outwards: int) -> Array:
 
 def _columns(light: Plane, line: Array, outwards: int, rows: Array) -> tuple[Array, NDArray[np.bool_]]:
     profile = across(light, line, outwards, rows, SAMPLES_PX)
-    crossings = half_level_crossing(profile, SAMPLES_PX, BLUR_PX, expected_px=0.0)
+    crossings = half_level_crossing(profile, SAMPLES_PX, FIRST_BLUR_PX, expected_px=0.0)
     return crossed_columns(crossings, line, outwards, rows)
 
 
@@ -279,5 +279,4 @@ def _off_straight_px(row: Array, column: Array) -> float:
 
 def grey_light(picture: NDArray[np.uint8]) -> Plane:
     """Grey light, 0 to 1, shape (rows, columns), of an 8-bit picture, grey or blue-green-red, coded linearly."""
-    grey = picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
-    return np.multiply(grey, np.float32(1 / 255), dtype=np.float32)
+    return np.multiply(grey(picture), np.float32(1 / 255), dtype=np.float32)

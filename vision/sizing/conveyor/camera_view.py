@@ -123,11 +123,6 @@ class ConveyorView:
         seen = scale * self.q(points_px)
         return (seen + tilt) / (1 - seen * tilt)
 
-    @property
-    def tilt_rad(self) -> float:
-        """Angle phi by which the camera looks across the line."""
-        return float(np.arctan(self._section()[1]))
-
     def _section(self) -> tuple[float, float]:
         """Scale k and tan(phi), by which both barriers are seen where they are."""
         q1, q2 = self.slopes

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from vision.edges.shaded import shaded_crossings
 from vision.geometry.robust_line import robust_line
+from vision.light import CLIPPED_CODE
 from vision.readings import SizeReading
 from vision.reasons import Reason
-from vision.sizing.conveyor.barriers import BLUR_PX, Barriers, across, crossed_columns, find_barriers, grey_light
+from vision.sizing.conveyor.barriers import Barriers, across, crossed_columns, find_barriers, grey_light
 from vision.sizing.conveyor.camera_view import (
     FOCAL_SHARE,
     FOCAL_SHARE_U,
@@ -24,6 +25,7 @@ from vision.sizing.conveyor.camera_view import (
     ConveyorView,
     conveyor_view,
 )
+from vision.sizing.limits import CLIPPED_MOST_SHARE, COVERED_SHARE, FIRST_BLUR_PX
 
 Array = NDArray[np.float64]
 Plane = NDArray[np.float32]
@@ -32,7 +34,6 @@ HOT_FLOOR = 0.08  # of full scale: a bar is brighter than the empty line by more
 OPENED_PX = 5
 BAR_PX = 8  # fewer columns are no bar
 FREE_PX = 9.0  # between the bar and a barrier: less and its edge has no dark side
-COVERED = 0.5  # of the rows, by the bar
 ENDS_ROWS = 4  # at the picture's ends that are not looked at
 PROFILE_PX = np.arange(-9.0, 9.25, 0.25)  # across an edge of the bar, from the conveyor inwards
 WINDOWS = 24
@@ -43,7 +44,7 @@ U_SPACING = 0.0005  # of W, relative
 U_BARRIER_HEIGHT_MM, U_CAMERA_HEIGHT_MM = 1.0, 10.0  # as somebody measures them with a tape
 INTERVAL = (0.025, 0.975)
 PARTS = 16  # of the law of a quantity that is only assumed
-CLIPPED, CLIPPED_MOST = 0.98, 0.5  # light of an overexposed point, and the share of a limb that may be
+CLIPPED_LIGHT = (CLIPPED_CODE - 0.5) / 255  # linear light of an overexposed point: from code value 250 on
 MOVED_PX = 0.3  # of a barrier from its place in the empty pictures; noise makes a tenth of it
 
 
@@ -132,7 +133,7 @@ class ConveyorGauge:
             return _nothing(Reason.EDGE_NOT_FOUND)
         inside = [_inside(light, left, 1), _inside(light, right, -1)]
         limbs = {
-            "clipped_share": max(float(np.mean(one >= CLIPPED)) for one in inside),
+            "clipped_share": max(float(np.mean(one >= CLIPPED_LIGHT)) for one in inside),
             "limb_light": min(float(np.median(one)) for one in inside),
         }
         reason = self._forbids(light, limbs["clipped_share"])
@@ -140,7 +141,7 @@ class ConveyorGauge:
 
     def _forbids(self, light: Plane, clipped_share: float) -> Reason:
         """What of the picture forbids a value although there is a bar with two edges."""
-        if clipped_share >= CLIPPED_MOST:
+        if clipped_share >= CLIPPED_MOST_SHARE:
             return Reason.EDGES_CLIPPED
         assert isinstance(self.barriers, Barriers)  # noqa: S101  nothing is measured without
         shifted_px = self.barriers.shifted_px(light)
@@ -277,10 +278,10 @@ def bar_spans(light: Plane, empty: Plane) -> NDArray[np.int64] | Reason:
     mask = np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((OPENED_PX, OPENED_PX), np.uint8)))
     count, labels, stats, _ = cv2.connectedComponentsWithStats(mask)
     rows = len(light)
-    long = [i for i in range(1, count) if stats[i, cv2.CC_STAT_HEIGHT] >= COVERED * rows]
+    long = [i for i in range(1, count) if stats[i, cv2.CC_STAT_HEIGHT] >= COVERED_SHARE * rows]
     if not long:
         hot = stats[1:, cv2.CC_STAT_AREA].max(initial=0)
-        return Reason.BAR_TOO_SHORT if hot > BAR_PX * COVERED * rows / 2 else Reason.NO_BAR
+        return Reason.BAR_TOO_SHORT if hot > BAR_PX * COVERED_SHARE * rows / 2 else Reason.NO_BAR
     if len(long) > 1:
         return Reason.SEVERAL_BARS
     bar = labels == long[0]
@@ -288,7 +289,7 @@ def bar_spans(light: Plane, empty: Plane) -> NDArray[np.int64] | Reason:
     there = bar.any(axis=1) & (last - first >= BAR_PX)
     spans = np.where(there[:, None], np.column_stack([first, last]), -1)
     spans[:ENDS_ROWS] = spans[-ENDS_ROWS:] = -1
-    return spans if np.count_nonzero(spans[:, 0] >= 0) >= COVERED * rows else Reason.BAR_TOO_SHORT
+    return spans if np.count_nonzero(spans[:, 0] >= 0) >= COVERED_SHARE * rows else Reason.BAR_TOO_SHORT
 
 
 def _limb(light: Plane, spans: NDArray[np.int64], side: int) -> _Limb | None:
@@ -298,17 +299,17 @@ def _limb(light: Plane, spans: NDArray[np.int64], side: int) -> _Limb | None:
     inwards = 1 if side == 0 else -1
     for _ in range(2):  # the second time around the first one's line
         column, shows = _columns(light, line, inwards, rows)
-        if np.count_nonzero(shows) < COVERED * len(rows):
+        if np.count_nonzero(shows) < COVERED_SHARE * len(rows):
             return None
         line = robust_line(rows[shows], column[shows])
     column, shows = _columns(light, line, inwards, rows)
     near = shows & (np.abs(column - line[0] * rows - line[1]) <= OFF_LINE_PX)
-    return _Limb(line, rows[near], column[near]) if np.count_nonzero(near) >= COVERED * len(rows) else None
+    return _Limb(line, rows[near], column[near]) if np.count_nonzero(near) >= COVERED_SHARE * len(rows) else None
 
 
 def _columns(light: Plane, line: Array, inwards: int, rows: Array) -> tuple[Array, NDArray[np.bool_]]:
     """Column of the edge in each row, and where there is a clear step of light."""
-    found = shaded_crossings(across(light, line, inwards, rows, PROFILE_PX), PROFILE_PX, BLUR_PX)
+    found = shaded_crossings(across(light, line, inwards, rows, PROFILE_PX), PROFILE_PX, FIRST_BLUR_PX)
     if found is None:
         return np.full(len(rows), np.nan), np.zeros(len(rows), dtype=np.bool_)
     return crossed_columns(found.crossings, line, inwards, rows)

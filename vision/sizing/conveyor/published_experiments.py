@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.edges.binary import BAR_EDGES, binarised, denoised
+from vision.edges.binary import BAR_EDGE_CONFIDENCE, binarised, denoised
 from vision.edges.operators import detect_edges
 from vision.edges.thinning import ridges
 from vision.reasons import Reason
@@ -113,7 +113,7 @@ def _edges(light: NDArray[np.float32], empty: NDArray[np.float32]) -> Array | No
     if isinstance(spans, Reason):
         return None
     found = detect_edges(light, "forest")
-    thin = denoised(binarised(ridges(found.strength, found.normal_rad), BAR_EDGES))
+    thin = denoised(binarised(ridges(found.strength, found.normal_rad), BAR_EDGE_CONFIDENCE))
     columns = np.arange(light.shape[1])
     inside = (columns >= spans[:, :1] - AROUND_PX) & (columns <= spans[:, 1:] + AROUND_PX) & (spans[:, :1] >= 0)
     thin &= inside

@@ -12,9 +12,10 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
+from vision.geometry.robust_constants import BIWEIGHT_TUNING, SIGMA_PER_MAD
+
 Array = NDArray[np.float64]
 
-BIWEIGHT = 4.685  # 95 % efficient on Gaussian noise (Beaton and Tukey, doi:10.1080/00401706.1974.10489171)
 STEP_END = 1e-4  # mm, and mm per mm
 QUIET = 0.25  # share of a limb's points that surely lie on the bar's own edge
 LAG = 4  # points along a limb: further apart than the blur reaches
@@ -185,7 +186,7 @@ def fit_cylinder(rays: EdgeRays, start: Array, rounds: int = 80) -> CylinderFit 
         pixel_per_mm = rays.pixel_per_radian / _depth_mm(parameters, rays)
         residual_px = gap * pixel_per_mm
         if step_number < NARROWING_STEPS:  # afterwards it stands still, so that the steps come to an end
-            wide_px = 1.4826 * float(np.median(np.abs(residual_px)))
+            wide_px = SIGMA_PER_MAD * float(np.median(np.abs(residual_px)))
             narrow_px = max(LEAST_SCALE_PX, _local_scatter_px(residual_px, near), NARROWEST * wide_px)
             scale_px = max(narrow_px, NARROWING**step_number * wide_px)
         ratio = np.where(residual_px < 0, rays.inwards, 1.0) * residual_px / scale_px
@@ -223,12 +224,12 @@ def _depth_mm(parameters: Array, rays: EdgeRays) -> Array:
 
 
 def _biweight(ratio: Array) -> Array:
-    return np.where(np.abs(ratio) < BIWEIGHT, (1 - (ratio / BIWEIGHT) ** 2) ** 2, 0.0)
+    return np.where(np.abs(ratio) < BIWEIGHT_TUNING, (1 - (ratio / BIWEIGHT_TUNING) ** 2) ** 2, 0.0)
 
 
 def _slope(ratio: Array) -> Array:
     """Derivative of ratio times biweight: how fast an estimate follows its points (Huber, ISBN 0-471-41805-6, 6.6)."""
-    square = (ratio / BIWEIGHT) ** 2
+    square = (ratio / BIWEIGHT_TUNING) ** 2
     return np.where(square < 1, (1 - square) * (1 - 5 * square), 0.0)
 
 

@@ -15,16 +15,18 @@ from numpy.typing import NDArray
 from vision.calibration.rig import Rig
 from vision.geometry.camera import Camera
 from vision.light import decoding_table
+from vision.pictures import check_picture
 from vision.readings import SizeReading
 from vision.reasons import Reason
 from vision.sizing.limits import (
-    CLIPPED_FEW,
-    CLIPPED_MOST,
+    CLIPPED_FEW_SHARE,
+    CLIPPED_MOST_SHARE,
+    COVERED_SHARE,
     DIAMETER_MM,
     LEAST_POINTS,
+    LIMB_SIDES,
     OFF_ROLLERS_MM,
     OFF_ROLLERS_SHARE,
-    SIDES,
     WEAK_CONTRAST,
 )
 from vision.sizing.region_grid import Outline, RegionGrid
@@ -42,7 +44,6 @@ WINDOW_MM = 20.0  # one strip along the bar
 WINDOW_AGREES_PX = 0.5  # how far the median of a window's edge points may be off on any limb
 HIDDEN = 0.4  # of what the best limb shows: a limb that shows less is left out, three are enough
 LEAST_LIMBS = 3
-LEAST_COVERED = 0.5  # of the region, by the bar
 ENDS_MM = 10.0  # from the region's end: a bar that ends further inside shows its head or its tail
 BIN_MM = 5.0
 END_AGREES_PX, LIMBS_AT_END = 0.5, 2  # what makes a bin part of the bar: edge points of two limbs
@@ -61,7 +62,7 @@ class _View:
     def rough_limbs(self, picture: Image, outline: Outline) -> list[RoughLimb]:
         """Both limbs of a bar, at smaller and at larger x."""
         lines = outline.left, outline.right
-        return [self.finder.roughly(picture, line, side) for line, side in zip(lines, SIDES, strict=True)]
+        return [self.finder.roughly(picture, line, side) for line, side in zip(lines, LIMB_SIDES, strict=True)]
 
 
 class TangentGauge:
@@ -171,7 +172,9 @@ class TangentGauge:
 
     def _checked(self, left: Image, right: Image) -> tuple[Image, Image]:
         first, second = self._views
-        return _checked("left", left, first.camera), _checked("right", right, second.camera)
+        check_picture("left", left, first.camera.image_size)
+        check_picture("right", right, second.camera.image_size)
+        return _with_channels(left), _with_channels(right)
 
     def _both(self, work: Callable[[int], Result]) -> tuple[Result, Result]:
         """Work for both views at the same time."""
@@ -183,7 +186,7 @@ class TangentGauge:
         """Tangent planes of the four limbs; None for those that are hidden."""
         least = HIDDEN * max(limb.seen for limb in rough)
         return [
-            TangentPlane.through(self._views[index // 2].camera.centre_mm, limb.line, SIDES[index % 2])
+            TangentPlane.through(self._views[index // 2].camera.centre_mm, limb.line, LIMB_SIDES[index % 2])
             if limb.seen > least
             else None
             for index, limb in enumerate(rough)
@@ -197,7 +200,7 @@ class TangentGauge:
 
         def of_view(index: int) -> list[LimbPoints]:
             view, limbs = self._views[index], []
-            for place, side in enumerate(SIDES):
+            for place, side in enumerate(LIMB_SIDES):
                 plane = planes[2 * index + place]
                 plane = plane or TangentPlane.touching(view.camera.centre_mm, cylinder, side)
                 first_mm, last_mm = np.sort(plane.places_mm(cylinder, region)).tolist()
@@ -232,16 +235,8 @@ class TangentGauge:
         return _reading(fit, budget, reasons, kept, total)
 
 
-def _checked(name: str, image: Image, camera: Camera) -> Image:
-    """Return the picture with an axis of channels, contiguous."""
-    if image.dtype != np.uint8 or not (image.ndim == 2 or (image.ndim == 3 and image.shape[2] == 3)):
-        raise ValueError(f"{name}: a uint8 picture, grey or with three channels, is needed")
-    size = (image.shape[1], image.shape[0])
-    if size != camera.image_size:
-        raise ValueError(
-            f"{name}: the picture is {size[0]} x {size[1]}, "
-            f"the rig was calibrated for {camera.image_size[0]} x {camera.image_size[1]}"
-        )
+def _with_channels(image: Image) -> Image:
+    """Picture with an axis of channels, contiguous."""
     return np.ascontiguousarray(image if image.ndim == 3 else image[:, :, None])
 
 
@@ -266,14 +261,14 @@ def _reasons_of_limbs(limbs: list[LimbPoints], shown: list[int]) -> Reason:
     reasons = Reason.NONE
     if len(shown) < LEAST_LIMBS:
         lost = [limb for index, limb in enumerate(limbs) if index not in shown]
-        clipped = any(limb.clipped_share > CLIPPED_MOST for limb in lost)
+        clipped = any(limb.clipped_share > CLIPPED_MOST_SHARE for limb in lost)
         return Reason.EDGES_CLIPPED if clipped else Reason.EDGE_NOT_FOUND
     if len(shown) < len(limbs):
         reasons |= Reason.LIMB_HIDDEN
     for index in shown:
         if np.median(limbs[index].bright) < WEAK_CONTRAST * np.median(limbs[index].dark):
             reasons |= Reason.LOW_CONTRAST
-    if any(limb.clipped_share > CLIPPED_FEW for limb in limbs):
+    if any(limb.clipped_share > CLIPPED_FEW_SHARE for limb in limbs):
         reasons |= Reason.SOME_EDGES_CLIPPED
     return reasons
 
@@ -293,7 +288,7 @@ def _reasons_of_ends(fit: CylinderFit, points: EdgePoints, region_y_mm: tuple[fl
         reasons |= Reason.BAR_HEAD
     if first_mm > region_y_mm[0] + ENDS_MM:
         reasons |= Reason.BAR_TAIL
-    if edges[sure[-1]] - edges[sure[0]] < LEAST_COVERED * (region_y_mm[1] - region_y_mm[0]):
+    if edges[sure[-1]] - edges[sure[0]] < COVERED_SHARE * (region_y_mm[1] - region_y_mm[0]):
         reasons |= Reason.BAR_TOO_SHORT
     return reasons
 

@@ -14,8 +14,9 @@ from vision.edges.shaded import shaded_crossings
 from vision.edges.subpixel import even_profiles, fitted_edges, half_level_crossing
 from vision.geometry.camera import Camera
 from vision.geometry.consensus_line import consensus_line
-from vision.sizing.limits import CLIPPED_CODE, CLIPPED_FEW, FIRST_BLUR_PX, LEAST_POINTS
-from vision.sizing.region_grid import PLANE_HEIGHT_MM
+from vision.geometry.measuring_plane import PLANE_HEIGHT_MM
+from vision.light import CLIPPED_CODE
+from vision.sizing.limits import CLIPPED_FEW_SHARE, FIRST_BLUR_PX, LEAST_POINTS
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
@@ -167,7 +168,7 @@ class LimbFinder:
         for channel in np.argsort(-self._brightness(picture, point, normal)):
             profile = sample_profiles(picture, int(channel), self._decode, point, normal, REFINE)
             tried.append(self._points(profile, point, normal, y_mm, side))
-            if tried[-1].clipped_share <= CLIPPED_FEW:
+            if tried[-1].clipped_share <= CLIPPED_FEW_SHARE:
                 break
         return min(tried, key=lambda limb: limb.clipped_share)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.sizing.region_grid import PLANE_HEIGHT_MM
+from vision.geometry.measuring_plane import PLANE_HEIGHT_MM
 
 Array = NDArray[np.float64]
 

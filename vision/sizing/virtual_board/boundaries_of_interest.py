@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from vision.edges.operators import EdgeMethod, detect_edges
 from vision.edges.thinning import ridges
+from vision.pictures import grey
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
@@ -62,9 +63,9 @@ def hot_mask(picture: Picture) -> Picture:
     ndarray of uint8, shape (rows, columns)
         0 or 1.
     """
-    grey = picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
-    level, _ = cv2.threshold(grey, 0, 1, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
-    _, mask = cv2.threshold(grey, ALPHA * level, 1, cv2.THRESH_BINARY)
+    pixels = grey(picture)
+    level, _ = cv2.threshold(pixels, 0, 1, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
+    _, mask = cv2.threshold(pixels, ALPHA * level, 1, cv2.THRESH_BINARY)
     opened = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((OPENED_PX, OPENED_PX), np.uint8))
     return np.asarray(cv2.dilate(opened, np.ones((DILATED_PX, DILATED_PX), np.uint8)), dtype=np.uint8)
 

@@ -18,12 +18,21 @@ from vision.alignment.virtual_boards import VirtualBoards
 from vision.calibration.rig import Rig
 from vision.edges.operators import EDGE_METHODS, EdgeMethod
 from vision.fusion.methods import METHODS, Method, fuse
-from vision.geometry.camera import Camera
 from vision.geometry.homography import transformed
-from vision.geometry.turned_region import Picture, Region, RegionSampler, picture_region, pixel_size_mm
+from vision.geometry.measuring_plane import pixel_size_mm
+from vision.geometry.turned_region import Picture, Region, RegionSampler, picture_region, resampled_region
 from vision.light import decoding_table
+from vision.pictures import check_picture
 from vision.reasons import Reason
-from vision.sizing.limits import CLIPPED_FEW, OFF_ROLLERS_MM, OFF_ROLLERS_SHARE
+from vision.sizing.limits import (
+    CLIPPED_FEW_SHARE,
+    CLIPPED_MOST_SHARE,
+    COVERED_SHARE,
+    DIAMETER_MM,
+    OFF_ROLLERS_MM,
+    OFF_ROLLERS_SHARE,
+    WEAK_CONTRAST,
+)
 from vision.sizing.region_grid import Outline, RegionGrid
 from vision.sizing.virtual_board.aligned_pair import AlignedPair
 from vision.sizing.virtual_board.reading import CORRECTED, Corrections, VirtualBoardReading
@@ -41,15 +50,10 @@ Array = NDArray[np.float64]
 PRINTED_ROWS, ROWS = 5, 16  # H: the source's, on pictures 2704 wide; ours
 SEED = 9
 AREA_SMOOTHING = 0.1  # weight of a new frame in C
-LEAST_COVERED = 0.5  # share of the region's rows in which the bar must glow
 LEAST_WINDOWS = 0.2  # share that must be kept for a value
-DIAMETER_MM = (40.0, 500.0)
 WIDTHS_DIFFER_PX = 3.0  # the two views' widths, from what the tangents' model says
 QUALITY_SHORT = 2.0  # percent by which Q_R may fall short of what the model reaches on the rig
 PLACE_PX = 0.05  # of each edge as a whole
-WEAK_CONTRAST = 2.0
-CLIPPED_MOST = 0.5
-
 
 Fusion = Literal["none"] | Method
 FUSIONS: tuple[Fusion, ...] = ("none", *METHODS)
@@ -102,11 +106,6 @@ class VirtualBoardGauge:
         self._loop = HeightLoop()
         self._uncorrupted_area = math.nan
 
-    @property
-    def board_height_mm(self) -> float:
-        """Height at which the virtual board stands for the next frame; NaN before the first bar."""
-        return self._loop.height_mm
-
     def measure(self, left: Picture, right: Picture) -> VirtualBoardReading:
         """Diameter of the bar in one pair of pictures.
 
@@ -127,7 +126,7 @@ class VirtualBoardGauge:
             A picture is not 8 bit, not grey or three-channel, or not of the size that the rig was calibrated for.
         """
         for name, image, camera in (("left", left, self.rig.left), ("right", right, self.rig.right)):
-            _check(name, image, camera)
+            check_picture(name, image, camera.image_size)
         found = [grid.bars(image, self._decode) for grid, image in zip(self._grids, (left, right), strict=True)]
         count = [len(outlines) for outlines in found]
         if min(count) == 1 == max(count):
@@ -175,7 +174,7 @@ class VirtualBoardGauge:
     def _fused(self, alignment: Alignment, height_mm: float, method: Method) -> Region:
         """Both views in one, on the pixels of the left region."""
         picture = fuse(alignment.left.picture, alignment.right_on_left(height_mm), method, executor=self._pool)
-        return as_it_is(picture, alignment.left)
+        return resampled_region(picture, alignment.left)
 
     def _regions(self, images: tuple[Picture, Picture], outlines: tuple[Outline, Outline]) -> tuple[Region, Region]:
         if not self.corrections.turned_rows:
@@ -301,19 +300,6 @@ class VirtualBoardGauge:
         return reasons if DIAMETER_MM[0] <= middle_mm <= DIAMETER_MM[1] else reasons | Reason.IMPLAUSIBLE
 
 
-def as_it_is(picture: Picture, region: Region) -> Region:
-    """Return a picture on a region's pixels as a region of its own, which is its own raw picture.
-
-    Parameters
-    ----------
-    picture : ndarray of uint8, shape of `region.picture`
-    region : Region
-    """
-    size = picture.shape[1], picture.shape[0]
-    camera = Camera(np.eye(3), np.zeros(5), np.eye(3), np.zeros(3), size)
-    return Region(picture, np.eye(3), region.from_world, picture, camera)
-
-
 def _in_region(line: Array, region: Region, region_y_mm: tuple[float, float]) -> Array:
     """Slope and start of column(row) in a turned region, of a line x(y) on its plane."""
     ends_y = np.array(region_y_mm)
@@ -323,26 +309,15 @@ def _in_region(line: Array, region: Region, region_y_mm: tuple[float, float]) ->
     return np.array([slope, c0 - slope * r0])
 
 
-def _check(name: str, image: Picture, camera: Camera) -> None:
-    if image.dtype != np.uint8 or not (image.ndim == 2 or (image.ndim == 3 and image.shape[2] == 3)):
-        raise ValueError(f"{name}: a uint8 picture, grey or with three channels, is needed")
-    size = (image.shape[1], image.shape[0])
-    if size != camera.image_size:
-        raise ValueError(
-            f"{name}: the picture is {size[0]} x {size[1]}, "
-            f"the rig was calibrated for {camera.image_size[0]} x {camera.image_size[1]}"
-        )
-
-
 def _reasons_of_edges(edges: list[ViewEdges]) -> Reason:
     reasons = Reason.NONE
     for view in edges:
-        if view.clipped_share > CLIPPED_MOST:
+        if view.clipped_share > CLIPPED_MOST_SHARE:
             reasons |= Reason.EDGES_CLIPPED
-        elif view.outline is None or view.hot_share < LEAST_COVERED:
+        elif view.outline is None or view.hot_share < COVERED_SHARE:
             reasons |= Reason.EDGE_NOT_FOUND
         elif view.contrast < WEAK_CONTRAST:
             reasons |= Reason.LOW_CONTRAST
-        if CLIPPED_FEW < view.clipped_share <= CLIPPED_MOST:
+        if CLIPPED_FEW_SHARE < view.clipped_share <= CLIPPED_MOST_SHARE:
             reasons |= Reason.SOME_EDGES_CLIPPED
     return reasons

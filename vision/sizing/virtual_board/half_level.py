@@ -6,9 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.edges.subpixel import Crossings, edge_blur_px, edge_shading, half_level_crossing
+from vision.geometry.robust_constants import SIGMA_PER_MAD
 from vision.geometry.robust_line import robust_line
 from vision.geometry.turned_region import Region
-from vision.sizing.limits import CLIPPED_CODE, CLIPPED_FEW
+from vision.light import CLIPPED_CODE
+from vision.sizing.limits import CLIPPED_FEW_SHARE, FIRST_BLUR_PX
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -16,7 +18,6 @@ Index = NDArray[np.int64]
 NEAR_LINE_PX = 2.5  # boundary points further from the frame's line are not the bar's edge
 PROFILE_PX, PROFILE_STEP_PX = 9, 0.5  # half length of a row's profile across an edge, and its step
 OFFSETS_PX = np.arange(-PROFILE_PX, PROFILE_PX + PROFILE_STEP_PX, PROFILE_STEP_PX)
-FIRST_BLUR_PX = 1.5  # taken before the edge's own is known
 SPARSE_ROWS, BLUR_EVERY = 4, 4  # what changes little along an edge needs few rows, and few of those
 LEAST_STEP = 0.1  # of a strong row's step of light: scale leaves a fifth of it, the line without a bar less
 LEAST_GATE_PX = 0.3  # points that near to the line are on it, however little the others scatter
@@ -117,7 +118,7 @@ class HalfLevel:
         tried: list[LimbRows] = []
         for channel in np.argsort(-self._brightness(line)):
             tried.append(self._in_channel(int(channel), line, edges))
-            if tried[-1].clipped_share <= CLIPPED_FEW:
+            if tried[-1].clipped_share <= CLIPPED_FEW_SHARE:
                 break
         return min(tried, key=lambda limb: limb.clipped_share)
 
@@ -188,5 +189,5 @@ def _blur_px(profile: Array, place: Array) -> float | None:
 def _on_line(column: Array, line: Array) -> Array:
     """Columns without those off the line by more than their scatter explains."""
     away = np.abs(column - (line[0] * np.arange(len(column)) + line[1]))
-    limit = max(LEAST_GATE_PX, 3 * 1.4826 * float(np.nanmedian(away)))
+    limit = max(LEAST_GATE_PX, 3 * SIGMA_PER_MAD * float(np.nanmedian(away)))
     return np.where(away <= limit, column, np.nan)

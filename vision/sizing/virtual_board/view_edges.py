@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from vision.alignment.quality import BarOutline
 from vision.edges.operators import EdgeMethod
 from vision.geometry.turned_region import Picture, Region
+from vision.sizing.limits import LIMB_SIDES
 from vision.sizing.virtual_board.boundaries_of_interest import Boundaries, boundaries_of_interest, hot_mask
 from vision.sizing.virtual_board.half_level import LEAST_ROWS, NEAR_LINE_PX, HalfLevel, LimbRows, ThinEdges, line_of
 from vision.sizing.virtual_board.random_regression import WindowPoints, two_sides, windowed
@@ -120,7 +121,7 @@ def edges_by_lines(
     hot = _hot_rows(region.picture, rough)
     limbs = [
         _limb(region, _thin_edges(region.picture, line, hot, method), line, side, decode)
-        for line, side in zip(rough, (-1, 1), strict=True)
+        for line, side in zip(rough, LIMB_SIDES, strict=True)
     ]
     windows = region.picture.shape[0] // window_rows
     rows = np.arange(windows * window_rows, dtype=np.float64).reshape(windows, window_rows)

@@ -3,6 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.geometry.robust_constants import SIGMA_PER_MAD
+
 Array = NDArray[np.float64]
 
 JUMP_MADS = 6.0  # Sigma that far above its median has jumped: one good window in thousands
@@ -64,6 +66,6 @@ def trusted_windows(sigma_mm: Array) -> NDArray[np.bool_]:
     if not there.any():
         return there
     middle = np.median(sigma_mm[there])
-    spread = 1.4826 * np.median(np.abs(sigma_mm[there] - middle))
+    spread = SIGMA_PER_MAD * np.median(np.abs(sigma_mm[there] - middle))
     limit = max(middle + JUMP_MADS * max(spread, LEAST_SPREAD * middle), ROUNDING_MM)
     return there & (np.where(there, sigma_mm, np.inf) <= limit)

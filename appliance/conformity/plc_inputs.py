@@ -8,10 +8,12 @@ import asyncio
 import json
 import os
 import threading
+import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import cast
 
+from appliance.conformity.set_points import SetPoints
 from plc.registers import REGISTERS
 from plc.rows import select
 
@@ -26,7 +28,7 @@ _NOT_KEPT = {"plc_heartbeat"}
 _ROWS = {row.name: row for row in select(REGISTERS, "holding", "rw") if row.name not in _NOT_KEPT}
 
 
-class KeptError(Exception):
+class PlcInputsError(Exception):
     """The file cannot be used; the message says why."""
 
 
@@ -35,7 +37,7 @@ def read(file: Path) -> Written:
 
     Raises
     ------
-    KeptError
+    PlcInputsError
         The file cannot be read, is not what `write` writes, or holds a number that the PLC could not have written.
     """
     try:
@@ -43,13 +45,13 @@ def read(file: Path) -> Written:
     except FileNotFoundError:
         return {}
     except (OSError, ValueError, RecursionError) as error:
-        raise KeptError(f"{file}: {error}") from error
+        raise PlcInputsError(f"{file}: {error}") from error
     if not isinstance(kept, dict):
-        raise KeptError(f"{file}: not a table of set points")
+        raise PlcInputsError(f"{file}: not a table of set points")
     written = cast("Written", kept)
     wrong = [name for name, number in written.items() if not _is_possible(name, number)]
     if wrong:
-        raise KeptError(f"{file}: {wrong[0]} is not what the PLC can have written")
+        raise PlcInputsError(f"{file}: {wrong[0]} is not what the PLC can have written")
     return written
 
 
@@ -72,8 +74,8 @@ def write(file: Path, written: Mapping[str, int | bool]) -> None:
     new.replace(file)
 
 
-class Kept:
-    """What the PLC has written.
+class PlcInputs:
+    """What the PLC has written, in one place.
 
     Parameters
     ----------
@@ -86,10 +88,13 @@ class Kept:
     ----------
     written : dict of str to int or bool
         Numbers in the words of set points, and levels of commands, by name.
+    heartbeat_s : float or None
+        Monotonic time at which the PLC last changed its heartbeat; None before the first time.
     """
 
     def __init__(self, folder: Path | None, report: Report) -> None:
         self.written: Written = {}
+        self.heartbeat_s: float | None = None
         self._file = None if folder is None else folder / FILE_NAME
         self._report = report
         self._saved: Written = {}
@@ -102,13 +107,30 @@ class Kept:
             return
         try:
             self.written = read(self._file)
-        except KeptError as error:
+        except PlcInputsError as error:
             self._report("set_points_unreadable", str(error))
         self._saved = self._to_keep()
 
-    def take(self, changed: Mapping[str, int | bool]) -> None:
-        """Take what the PLC has just written."""
+    @property
+    def points(self) -> SetPoints:
+        """Target, tolerances, temperature and grade."""
+        return SetPoints.of(self.written)
+
+    @property
+    def held(self) -> bool:
+        """Whether the PLC holds the gauge."""
+        return bool(self.written.get("hold"))
+
+    @property
+    def product_id(self) -> int:
+        """The mill's number of the product that is measured."""
+        return int(self.written.get("product_id", 0))
+
+    def add(self, changed: Mapping[str, int | bool]) -> None:
+        """Add what the PLC has just written."""
         self.written |= changed
+        if "plc_heartbeat" in changed:
+            self.heartbeat_s = time.monotonic()
         self._changed.set()
 
     async def keep(self) -> None:

@@ -1,0 +1,1 @@
+"""No camera: its station is off."""

@@ -1,0 +1,60 @@
+"""The command `measure` with one uncalibrated camera over a conveyor between barriers."""
+
+import argparse
+import math
+from pathlib import Path
+from typing import ClassVar
+
+from appliance.command_options import CommandError
+from appliance.sizing.measuring import Measuring
+
+
+class ConveyorMeasuring(Measuring):
+    """By two barriers along the line, whose distance is known."""
+
+    names: ClassVar[tuple[str, ...]] = ("conveyor",)
+    text: ClassVar[str] = "conveyor has one uncalibrated camera"
+    options: ClassVar[tuple[str, ...]] = (
+        "plot", "barrier_mm", "barrier_height_mm", "camera_height_mm", "background", "compensation_mm",
+    )  # fmt: skip
+
+    def add_options(self, command: argparse.ArgumentParser) -> None:
+        """What is known of the line."""
+        group = command.add_argument_group("of conveyor, whose ruler are two barriers along the line")
+        group.add_argument("--barrier-mm", type=float, metavar="W", help="between their inner faces")
+        group.add_argument("--barrier-height-mm", type=float, metavar="H", help="of their upper edges; better with it")
+        group.add_argument("--camera-height-mm", type=float, metavar="Z", help="over the conveyor; better with it")
+        group.add_argument(
+            "--background", type=Path, metavar="FILE", help="the empty line; else the darkest frames are"
+        )
+        group.add_argument(
+            "--compensation-mm", type=float, metavar="MM", help="added to every diameter; 0 unless given"
+        )
+
+    def run(self, given: argparse.Namespace) -> None:
+        """Measure with the barriers as ruler; see `Measuring.run`."""
+        from appliance.cameras.source import CameraError
+        from appliance.sizing.conveyor.empty_line import EmptyLineError
+        from appliance.sizing.conveyor.measure_recording import measure_conveyor
+        from appliance.sizing.figures import PlotsMissingError
+        from vision.sizing.conveyor.camera_view import ConveyorReference
+
+        if given.barrier_mm is None:
+            raise CommandError("--barrier-mm: the distance of the barriers' inner faces is the ruler; give it in mm")
+        if not math.isfinite(given.compensation_mm or 0.0):
+            raise CommandError(f"--compensation-mm: {given.compensation_mm} is no number of millimetres")
+        try:
+            reference = ConveyorReference(given.barrier_mm, given.barrier_height_mm, given.camera_height_mm)
+        except ValueError as error:
+            raise CommandError(f"--barrier-mm, --barrier-height-mm, --camera-height-mm: {error}") from error
+        try:
+            measure_conveyor(
+                given.recording,
+                given.output,
+                reference,
+                background=given.background,
+                compensation_mm=given.compensation_mm or 0.0,
+                plots=given.plot,
+            )
+        except (CameraError, EmptyLineError, PlotsMissingError) as error:
+            raise CommandError(str(error)) from error

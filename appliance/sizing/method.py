@@ -1,0 +1,159 @@
+"""What every sizing method must give: its camera, its gauge, its place in `replay` and in `doctor`.
+
+A method is a folder here with its settings and a folder in `vision.sizing` with its gauge, a row in
+`appliance.sizing.settings` and a row in `appliance.cli.measure`. The settings load the gauge only when it is asked for:
+the supervisor reads settings and must load no image library.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Protocol, Self
+
+from pydantic import Field
+
+from appliance.cameras.settings import ExposureSettings, LivenessSettings
+from appliance.settings.section import Section, unit
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from appliance.cameras.source import PairSource, PictureSource
+    from vision.readings import SizeReading
+
+
+class ScaleError(Exception):
+    """What makes millimetres of pixels cannot be used; the message says what, where and what to do.
+
+    Attributes
+    ----------
+    fault : str
+        Name in the fault table.
+    """
+
+    fault: ClassVar[str]
+
+
+class ScaleCheck(NamedTuple):
+    """What `doctor` says of what makes millimetres of pixels.
+
+    Attributes
+    ----------
+    name : str
+        As the method's users call it: `rig`, `barriers`.
+    verdict : {"good", "note", "BAD"}
+    text : str
+        What was found, and what to do about it.
+    """
+
+    name: str
+    verdict: Literal["good", "note", "BAD"]
+    text: str
+
+
+class TimedReader(Protocol):
+    """A gauge with its clock."""
+
+    @property
+    def measure(self) -> "Callable[..., tuple[SizeReading, float]]":
+        """Reading of one exposure's pictures, left first, and the milliseconds that it took; raises `ScaleError`."""
+        ...
+
+    def warm_up(self) -> None:
+        """Compile and load all that measuring needs."""
+        ...
+
+
+class SizingMethod(Section, ABC):
+    """Settings of a method: what a sizing station has with any, and what a method must give."""
+
+    ovality_mm: float = Field(
+        default=0.0,
+        ge=0,
+        le=20,
+        description="Greatest minus least width of a section that the product may have; part of the uncertainty",
+        json_schema_extra=unit("mm"),
+    )
+    stale_after_ms: int = Field(
+        default=800,
+        ge=100,
+        le=10000,
+        description="Age from which a reading is no value any more",
+        json_schema_extra=unit("ms"),
+    )
+    memory_max_mb: int = Field(
+        default=2048,
+        ge=256,
+        le=65536,
+        description="Memory of each measuring process, above which it ends and is started again",
+        json_schema_extra=unit("MB"),
+    )
+    liveness: LivenessSettings = Field(default_factory=LivenessSettings, description="When pictures are believed")
+    exposure: ExposureSettings = Field(default_factory=ExposureSettings, description="How bright edges may be")
+    camera_temperature_max_c: float = Field(
+        default=75.0,
+        ge=0,
+        le=120,
+        description="Temperature of a camera above which it is too hot",
+        json_schema_extra=unit("°C"),
+    )
+
+    @abstractmethod
+    def make_source(self) -> "PairSource | PictureSource":
+        """The source of pictures, not opened yet; raises `CameraError` when a library that it needs is missing."""
+
+    @abstractmethod
+    def make_gauge(self, on_usable: Callable[[], None], /) -> TimedReader:
+        """The gauge of these settings.
+
+        Parameters
+        ----------
+        on_usable : callable
+            Called before work that takes longer than a look at the settings, once these are known to be usable.
+
+        Raises
+        ------
+        ScaleError
+            What makes millimetres of pixels cannot be used.
+        CameraError
+            Pictures of a recording cannot be read.
+        """
+
+    @abstractmethod
+    def with_recording(self, recording: Path, rig: Path | None) -> Self:
+        """The same settings with a recording in place of the camera.
+
+        Parameters
+        ----------
+        recording : Path
+            Folder with its pictures.
+        rig : Path or None
+            Calibration that came with it.
+
+        Raises
+        ------
+        SettingsError
+            The method needs a rig, or has none.
+        """
+
+    @abstractmethod
+    def check_scale(self) -> ScaleCheck:
+        """Whether what makes millimetres of pixels can be used; raises nothing."""
+
+    @abstractmethod
+    def check_pictures(self, pictures: "Sequence[NDArray[np.uint8]]") -> None:
+        """Measure pictures of the camera once.
+
+        Parameters
+        ----------
+        pictures : sequence of ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+            Of one exposure, left first.
+
+        Raises
+        ------
+        ScaleError
+            The pictures do not fit what makes millimetres of them.
+        CameraError
+            Pictures of a recording cannot be read.
+        """

@@ -1,0 +1,137 @@
+"""The supervisor's side of the sizing station: what is published of its readings, and what they mean for the mill."""
+
+import time
+from collections.abc import Callable
+
+from appliance.conformity.advisor import Advisor
+from appliance.conformity.bar_statistics import BarStatistics
+from appliance.conformity.plc_inputs import PlcInputs
+from appliance.conformity.settings import CorrectionSettings, JudgingSettings
+from appliance.diagnostics.faults import Faults
+from appliance.sizing.conveyor.settings import ConveyorSettings
+from appliance.sizing.lasting_reasons import LastingReasons
+from appliance.sizing.message import MESSAGES, ReadingMessage
+from appliance.sizing.published import Publication
+from appliance.sizing.reading_ring import ReadingRing
+from appliance.sizing.stereo.settings import SizingSettings
+from appliance.supervisor.start_gate import StartGate
+from appliance.supervisor.station_client import StationClient
+from plc.codes import Decision
+from plc.rows import Value
+from vision.reasons import Reason
+
+MODULE = "appliance.sizing.station"
+SIZING = "sizing"
+LASTING_S = 10.0  # of a reason, before it is the gauge's fault and not the bar's
+
+
+class SizingClient(StationClient[ReadingMessage]):
+    """The sizing station as the supervisor sees it.
+
+    Parameters
+    ----------
+    settings : SizingSettings or ConveyorSettings
+    judging : JudgingSettings
+    correction : CorrectionSettings
+    inputs : PlcInputs
+        What the PLC has written.
+    faults : Faults
+    gate : StartGate
+    on_news : callable
+        Called whenever there is something to publish.
+
+    Attributes
+    ----------
+    simulated : bool
+        Whether the last reading was of a simulated bar or of a recording.
+    measuring : bool
+        Whether readings come.
+    running : bool
+        Whether readings come and the newest was not too old at the last `update`.
+    """
+
+    def __init__(
+        self,
+        settings: SizingSettings | ConveyorSettings,
+        judging: JudgingSettings,
+        correction: CorrectionSettings,
+        *,
+        inputs: PlcInputs,
+        faults: Faults,
+        gate: StartGate,
+        on_news: Callable[[], None],
+    ) -> None:
+        super().__init__(
+            SIZING, MODULE, settings.model_dump_json(), MESSAGES, faults=faults, gate=gate, on_news=on_news
+        )
+        self.simulated = self.measuring = self.running = False
+        self._idle_after_s = settings.liveness.idle_after_s
+        self._inputs = inputs
+        self._publication = Publication(settings.stale_after_ms)
+        self._advisor = Advisor(judging, correction)
+        self._ring = ReadingRing()
+        self._bars = BarStatistics(judging.bar_gap_ms / 1000)
+        self._lasting = LastingReasons(LASTING_S)
+        self._worked_s = time.monotonic()
+
+    def renew(self, settings: SizingSettings | ConveyorSettings) -> None:
+        """End the process and start one with other settings."""
+        self._publication.stale_after_ms = settings.stale_after_ms
+        self._idle_after_s = settings.liveness.idle_after_s
+        self._process.renew(settings.model_dump_json())
+
+    def update(self, now_s: float) -> None:
+        """Decide what may be served at one moment, monotonic, and what it means."""
+        self._judge(now_s)
+        self.running = self.measuring and not self._publication.stale
+        self._faults.report("reading_stale", active=self._publication.stale, station=SIZING)
+        self._faults.report("not_measuring", active=self._is_idle(now_s), station=SIZING)
+        if self._inputs.held:
+            self._bars.end()
+
+    def values(self) -> dict[str, Value]:
+        """Values of the registers at the last `update`, by name."""
+        return self._newest_values() | self._bars.values() | self._ring.values()
+
+    def conditions(self) -> dict[str, bool]:
+        """Causes of alarms that are no faults of the gauge, by name."""
+        return {
+            "out_of_tolerance": self._advisor.decision is Decision.OUT,
+            "low_trust": self._advisor.low_trust,
+        }
+
+    def _judge(self, now_s: float) -> None:
+        self._publication.update(now_s, held=self._inputs.held)
+        standing = self._publication.standing
+        self._advisor.update(None if standing is None else standing.reading, self._inputs.points, now_s)
+
+    def _newest_values(self) -> dict[str, Value]:
+        return self._publication.values() | self._advisor.values()
+
+    def _is_idle(self, now_s: float) -> bool:
+        """Whether the process runs and says nothing that explains why there is no reading."""
+        explained = self._faults.active_at(SIZING) - {"not_measuring"}
+        return not explained and now_s - self._worked_s > self._idle_after_s
+
+    def _warming(self) -> None:
+        self._worked_s = time.monotonic()
+
+    def _add(self, message: ReadingMessage) -> None:
+        self._publication.add(message)
+        self.measuring = True
+        self.simulated = message.simulated
+        self._faults.report_station(SIZING, message.faults)
+        now_s = self._worked_s = time.monotonic()
+        self._judge(now_s)
+        if self._publication.standing is not None:
+            self._bars.add(message)
+            self._lasting.add(message)
+            for fault, active in self._lasting.faults().items():
+                self._faults.report(fault, active=active, station=SIZING)
+        self._ring.add(self._newest_values())
+
+    def _withdraw(self, *, restarted: bool) -> None:
+        self._publication.withdraw(Reason.STARTING if restarted else Reason.NO_PAIR)
+        self._bars.end()
+        self.measuring = False
+        self._worked_s = time.monotonic()

@@ -1,0 +1,90 @@
+"""The supervisor's side of a station: its process, its faults, and what it says before the port is served."""
+
+import abc
+from collections.abc import Callable
+from typing import Generic
+
+from appliance.diagnostics.faults import Faults
+from appliance.processes.message import Messages, MessageT, StateMessage
+from appliance.processes.monitored_process import Health, MonitoredProcess
+from appliance.supervisor.start_gate import StartGate
+
+
+class StationClient(abc.ABC, Generic[MessageT]):
+    """One station as the supervisor sees it.
+
+    Parameters
+    ----------
+    name : str
+        Name of the station in faults and logs.
+    module : str
+        Python module of its process.
+    settings_json : str
+        Settings that the process gets.
+    messages : TypeAdapter
+        Reads what the process sends.
+    faults : Faults
+    gate : StartGate
+    on_news : callable
+        Called whenever there is something to publish.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        module: str,
+        settings_json: str,
+        messages: Messages[MessageT],
+        *,
+        faults: Faults,
+        gate: StartGate,
+        on_news: Callable[[], None],
+    ) -> None:
+        self.name = name
+        self._process = MonitoredProcess(module, settings_json, messages, self._receive, self._receive_health)
+        self._faults = faults
+        self._gate = gate
+        self._on_news = on_news
+
+    async def run(self) -> None:
+        """Keep the process running until cancelled."""
+        await self._process.run()
+
+    @abc.abstractmethod
+    def _add(self, message: MessageT) -> None:
+        """Use what the station has measured."""
+
+    @abc.abstractmethod
+    def _withdraw(self, *, restarted: bool) -> None:
+        """Let nothing stand that the station has measured; `restarted`: because its process has ended."""
+
+    def _warming(self) -> None:
+        """The process compiles; nothing is known yet of its cameras."""
+
+    def _receive(self, message: StateMessage | MessageT) -> None:
+        if not isinstance(message, StateMessage):
+            self._add(message)
+        elif message.state == "faulty":
+            self._receive_fault(message)
+        elif message.state == "warming":
+            self._warming()
+            return
+        self._tell()
+
+    def _receive_fault(self, message: StateMessage) -> None:
+        self._withdraw(restarted=False)
+        if not self._gate.refuse(message.detail):
+            self._faults.report_station(self.name, {message.fault: message.detail})
+
+    def _receive_health(self, health: Health) -> None:
+        if health.ended:
+            self._withdraw(restarted=True)
+            self._faults.report_station(self.name, {})
+        for state in ("restarting", "failing"):
+            name, active = f"station_{state}", health.state == state
+            self._faults.report(name, active=active, detail=health.detail, station=self.name)
+        self._tell()
+
+    def _tell(self) -> None:
+        self._gate.hear(self.name)
+        self._on_news()

@@ -1,0 +1,5 @@
+"""Names of the classifiers, for settings and commands that must load no image library; the table has a row each."""
+
+from typing import Literal
+
+ClassifierName = Literal["wrinkles", "dual", "single"]

@@ -1,0 +1,12 @@
+"""The table of classifiers: how each judges a face."""
+
+from vision.ingot.classifiers.classifier import FaceClassifier
+from vision.ingot.classifiers.names import ClassifierName
+from vision.ingot.classifiers.ssim import DualSimilarity, SingleSimilarity
+from vision.ingot.classifiers.wrinkles import WrinkleOdds
+
+CLASSIFIERS: dict[ClassifierName, type[FaceClassifier]] = {
+    "wrinkles": WrinkleOdds,
+    "dual": DualSimilarity,
+    "single": SingleSimilarity,
+}
