@@ -260,6 +260,11 @@ class ModbusServer:
         return self._port or 0
 
     @property
+    def secure(self) -> SecurePort | None:
+        """The secure port, if there is one."""
+        return self._secure
+
+    @property
     def connections(self) -> int:
         """Number of clients connected."""
         return len(self._connections)
@@ -271,8 +276,6 @@ class ModbusServer:
         ------
         BindError
             An address cannot be bound, for instance because the port is taken; the message names the setting.
-        CertificateError
-            The secure port's files cannot be used.
         """
         if self._secure is not None:
             await self._secure.load()
@@ -367,6 +370,10 @@ class ModbusServer:
         if len(self._connections) >= self._connections_max and not self._make_room(address):
             connection.close()
             self.refuse(address, f"all {self._connections_max} places are taken (plc.connections_max)")
+            return
+        if secure is not None and secure.context is None:
+            connection.close()
+            self.refuse(address, "the gauge's own certificate cannot be used")
             return
         client = Client(address, Role.VIEWER) if secure else self._policy.on_plain_port(address)
         new = _Connection(self, client, secure)

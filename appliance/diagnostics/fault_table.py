@@ -296,4 +296,22 @@ FAULTS: tuple[FaultRow, ...] = (
         "check the time server; measuring is not affected",
         bit=18,
     ),
+    FaultRow(
+        506,
+        "certificate_due",
+        DeviceState.MAINTENANCE_REQUIRED,
+        logging.WARNING,
+        "a certificate of the secure port ends within 30 days, or has ended",
+        "make a new one with hotgauge certificates; it counts within seconds, without a restart",
+        bit=21,
+    ),
+    FaultRow(
+        507,
+        "certificate_unusable",
+        DeviceState.MAINTENANCE_REQUIRED,
+        logging.ERROR,
+        "the files of the secure port cannot be used",
+        "see the log for which; make them with hotgauge certificates and let the gauge's user read them",
+        bit=22,
+    ),
 )

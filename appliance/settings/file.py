@@ -60,6 +60,8 @@ def _sentence(detail: ErrorDetails, root: type[BaseModel]) -> str:
     key, kinds = _place(detail["loc"], rows)
     if detail["type"] == "extra_forbidden":
         return f"{key}: unknown key; {_nearest(key, kinds, rows)}"
+    if detail["type"] == "setting":
+        return f"{key}: {detail['msg']}"
     given = detail["input"]
     if detail["type"].startswith("union_tag"):
         context = detail.get("ctx", {})
@@ -74,7 +76,7 @@ def _place(location: tuple[int | str, ...], rows: tuple[SettingRow, ...]) -> tup
     """Key of an error, and the kinds of the sections around it, which stand behind their sections."""
     choosing = {kind.key.rpartition(".")[0]: kind.key for row in rows for kind in row.kinds}
     key, kinds, chosen = "", list[Kind](), False
-    for part in map(str, location):
+    for part in (part for part in location if isinstance(part, str)):  # not the places in a list
         chosen = key in choosing and not chosen
         if chosen:
             kinds.append(Kind(choosing[key], part))

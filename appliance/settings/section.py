@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Annotated
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, JsonValue, ValidationInfo
+from pydantic_core import PydanticCustomError
 
 
 class Section(BaseModel):
@@ -15,6 +16,11 @@ class Section(BaseModel):
 def unit(unit: str) -> dict[str, JsonValue]:
     """What a field's schema says of its unit."""
     return {"unit": unit}
+
+
+def refusal(why: str) -> PydanticCustomError:
+    """What a validator raises that can say itself what is wrong and what to do."""
+    return PydanticCustomError("setting", "{why}", {"why": why})
 
 
 def _beside_the_file(path: Path, info: ValidationInfo) -> Path:

@@ -7,7 +7,6 @@ babbles, or a disk that is full, changes what is published, never whether someth
 import asyncio
 import contextlib
 import logging
-import os
 import time
 from collections.abc import Callable, Mapping
 
@@ -17,14 +16,15 @@ from appliance.diagnostics.faults import Faults
 from appliance.settings.file import SettingsError
 from appliance.supervisor.clock_watch import WallClock
 from appliance.supervisor.ingot_client import INGOT, IngotClient, is_on
+from appliance.supervisor.plc_server import make_server, report_certificate
 from appliance.supervisor.self_check import SelfCheck
 from appliance.supervisor.settings import Settings, state_folder
 from appliance.supervisor.sizing_client import SIZING, SizingClient
 from appliance.supervisor.start_gate import StartGate, StartRefusedError
 from plc.codes import DeviceState
+from plc.listener import BindError
 from plc.process_image import encode
 from plc.rows import Value
-from plc.server import ModbusServer
 
 SWAP_PERIOD_S = 0.05  # half of the longest allowed, so that a late wake-up stays within it
 HEARTBEAT_PERIOD_S = 0.1
@@ -45,13 +45,7 @@ class Supervisor:
 
     def __init__(self, settings: Settings, *, wall: Callable[[], float] = time.time) -> None:
         self._settings = settings
-        self._server = ModbusServer(
-            settings.plc.host,
-            settings.plc.port,
-            writes=settings.plc.writes,
-            connections_max=settings.plc.connections_max + 1,  # one more for our own self-check
-            on_write=self._receive_write,
-        )
+        self._server = make_server(settings.plc, self._receive_write)
         self._inputs = PlcInputs(state_folder(settings.plc), self._report_disk)
         self._faults = Faults(lambda: self._inputs.product_id)
         self._alarms = Alarms()
@@ -60,6 +54,7 @@ class Supervisor:
         self._news = asyncio.Event()
         self._serving = asyncio.Event()
         self._stopping = False
+        self._refuses = False
         self._gate = StartGate({SIZING, INGOT} if is_on(settings.ingot) else {SIZING})
         self._sizing = SizingClient(
             settings.sizing,
@@ -104,6 +99,7 @@ class Supervisor:
         StartRefusedError
             A measuring process cannot use its settings at start, or the port cannot be had.
         """
+        self._refuses = refuses
         if not refuses:
             self._gate.open()
         self._inputs.load()
@@ -150,6 +146,8 @@ class Supervisor:
         await self._gate.wait()
         if self._stopping:
             return
+        self._publish()
+        self._server.restore(self._inputs.written)
         await self._start_server()
         self._serving.set()
         while not self._stopping:
@@ -160,18 +158,17 @@ class Supervisor:
                     await self._news.wait()
 
     async def _start_server(self) -> None:
-        self._publish()
-        self._server.restore(self._inputs.written)
         try:
             await self._server.start()
-        except OSError as error:
-            place, why = f"{self._settings.plc.host}:{self._settings.plc.port}", os.strerror(error.errno or 0)
-            raise StartRefusedError(f"cannot serve on {place}: {why}; stop what uses it or set plc.port") from error
+        except BindError as error:
+            raise StartRefusedError(str(error)) from error
+        if self._refuses and self._server.secure and self._server.secure.trouble:
+            raise StartRefusedError(self._server.secure.trouble)
 
     async def _prove(self, on_serving: Callable[[int], None], on_proof: Callable[[str], None]) -> None:
-        """Ask the own port again and again; who watches the gauge hears only of answers that move on."""
+        """Ask the own server again and again; who watches the gauge hears only of answers that move on."""
         await self._serving.wait()
-        check = SelfCheck(self._settings.plc.host, self._server.port)
+        check = SelfCheck(self._server.connect)
         before: int | None = None
         try:
             while True:
@@ -215,6 +212,7 @@ class Supervisor:
         if self._ingots:
             self._ingots.update(now_s, held=self._inputs.held)
         self._faults.report("clock_stepped", active=self._clock.was_set(now_s))
+        report_certificate(self._server, self._faults)
         causes = self._faults.active | {name for name, there in self._conditions(now_s).items() if there}
         self._alarms.update(causes, now_s, suppressed=self._inputs.held)
 
@@ -234,6 +232,7 @@ class Supervisor:
             "device_state": max(self._faults.state, DeviceState.FUNCTION_CHECK if check else DeviceState.GOOD),
             "alarm_word": self._alarms.word,
             "fault_word": self._faults.word,
+            "clients_refused": self._server.refused,
             "running": self._sizing.running,
             "simulated": simulated,
         }

@@ -25,7 +25,8 @@ class SecurePort:
     port : int
         The real one once the server has started.
     trouble : str
-        Why new files cannot be used; empty if they can. The old ones serve on.
+        Why the files cannot be used as they are now; empty if they can. Earlier ones serve on; without any, every
+        client is turned away.
     """
 
     def __init__(self, port: int, files: TlsFiles) -> None:
@@ -35,19 +36,18 @@ class SecurePort:
         self._identity: Identity | None = None
 
     async def load(self) -> None:
-        """Read the files; raises `CertificateError`."""
-        self._identity = await asyncio.to_thread(Identity.load, self._files)
+        """Read the files; `trouble` says what is wrong with them."""
+        try:
+            self._identity = await asyncio.to_thread(Identity.load, self._files)
+        except CertificateError as error:  # perhaps only one of two files has been replaced yet
+            self.trouble = str(error)
+        else:
+            self.trouble = ""
 
     @property
-    def context(self) -> ssl.SSLContext:
-        """What the next client meets."""
-        return self._loaded.context
-
-    @property
-    def _loaded(self) -> Identity:
-        if self._identity is None:
-            raise RuntimeError("the secure port has not been loaded")
-        return self._identity
+    def context(self) -> ssl.SSLContext | None:
+        """What the next client meets; None before the files could be used for the first time."""
+        return None if self._identity is None else self._identity.context
 
     def due(self, now: datetime | None = None) -> str:
         """What to say of a certificate that ends within 30 days, or has ended; empty as long as none does.
@@ -57,10 +57,12 @@ class SecurePort:
         now : datetime, optional
             Moment to judge at; without: the present.
         """
-        left = self._loaded.expires - (now or datetime.now(UTC))
+        if self._identity is None:
+            return ""
+        left = self._identity.expires - (now or datetime.now(UTC))
         if left > DUE:
             return ""
-        day = f"{self._loaded.expires:%Y-%m-%d}"
+        day = f"{self._identity.expires:%Y-%m-%d}"
         return (
             f"a certificate of the secure port has expired on {day}"
             if left < timedelta(0)
@@ -75,21 +77,15 @@ class SecurePort:
         on_other_authority : callable
             Called when other clients are trusted than before.
         """
-        seen = self._loaded.state
         while True:
             await asyncio.sleep(RENEWAL_PERIOD_S)
             now = await asyncio.to_thread(files_state, self._files)
-            if now != seen or self.trouble:
-                seen = now
+            if self.trouble or self._identity is None or now != self._identity.state:
                 await self._renew(on_other_authority)
 
     async def _renew(self, on_other_authority: Callable[[], None]) -> None:
-        before = self._loaded
-        try:
-            await self.load()
-        except CertificateError as error:  # perhaps only one of two files has been replaced yet
-            self.trouble = str(error)
-            return
-        self.trouble = ""
-        if self._loaded.authority_digest != before.authority_digest:
+        before = self._identity
+        await self.load()
+        after = self._identity
+        if before is not None and after is not None and before.authority_digest != after.authority_digest:
             on_other_authority()
