@@ -1,20 +1,36 @@
-# `make run` and `make test` do all the set-up: they need Python 3.11 or later, make and git.
+# `make run`, `make check` and `make test` do all the set-up: they need Python 3.11 or later, make and git.
 
 SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := run
-.PHONY: run test lint types contracts packages study bench tables figures
+.PHONY: run check test lint types contracts unit kernels packages study bench tables figures
 
 VENV := .venv
 BIN := $(VENV)/bin
 CONTRIB := .venv-contrib
+TEST_PATH := tests:tests/kit/clients:tests/kit/pictures:tests/kit/stations  # as pytest's in pyproject.toml
+IN_TWO_PROCESSES := --numprocesses=2 --dist=loadfile
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 run: $(VENV)/installed
 	$(BIN)/hotgauge run
 
-test: packages $(VENV)/installed-systemd $(CONTRIB)/installed lint types contracts
-	$(BIN)/python -m pytest --cov
+# what a change should pass before it is committed: everything but the tests of the running appliance and of accuracy
+check: $(VENV)/installed-dev
+	@$(MAKE) --no-print-directory --jobs=2 lint contracts unit types
+
+# tests in two processes first; those that need the computer for themselves (marked `alone`) after them
+test: packages $(VENV)/installed-systemd $(CONTRIB)/installed lint types contracts kernels
+	rm -f .coverage .coverage.*
+	$(BIN)/python -m pytest --cov --cov-report= -m "not alone" $(IN_TWO_PROCESSES)
+	$(BIN)/python -m pytest --cov --cov-append --cov-fail-under=91 -m alone
+
+unit: kernels
+	$(BIN)/python -m pytest tests/unit tests/docs $(IN_TWO_PROCESSES)
+
+# compiled once, so that two processes of tests do not both do it
+kernels: $(VENV)/installed-dev
+	PYTHONPATH=$(TEST_PATH) $(BIN)/python -m compile_kernels
 
 lint: $(VENV)/installed-dev
 	$(BIN)/ruff check .
@@ -28,14 +44,14 @@ contracts: $(VENV)/installed-dev
 
 # long statistics, written to docs/studies; `make test` runs a sample of them again
 study: $(VENV)/installed-dev
-	PYTHONPATH=tests $(BIN)/python -m studies
+	PYTHONPATH=$(TEST_PATH) $(BIN)/python -m studies
 
 bench: $(VENV)/installed-dev $(CONTRIB)/installed
-	PYTHONPATH=tests $(BIN)/python benchmarks/pair.py
-	PYTHONPATH=tests $(BIN)/python benchmarks/virtual_board.py
-	PYTHONPATH=tests $(BIN)/python benchmarks/edges.py
-	PYTHONPATH=tests $(BIN)/python benchmarks/fusion.py
-	PYTHONPATH=tests $(BIN)/python benchmarks/ingot.py
+	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/pair.py
+	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/virtual_board.py
+	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/edges.py
+	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/fusion.py
+	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/ingot.py
 
 figures: $(VENV)/installed-dev
 	$(BIN)/python docs/figures

@@ -1,4 +1,8 @@
-"""From pixel values back to light: an edge is halfway in light, not in code values."""
+"""From 8-bit code values back to linear light.
+
+An edge lies where light is halfway between dark and bright. Halfway in code values lies elsewhere: left undecoded, the
+diameter is off by 1 mm RMS (docs/studies/worth.json).
+"""
 
 from typing import Literal
 

@@ -1,7 +1,23 @@
-"""What one look at the mill gave: values with their uncertainties and the reasons for doubt.
+"""Readings: the values of one image pair or picture, their uncertainties and the reasons for doubt.
 
 A value that does not exist is NaN, never zero and never the last good one; `REASONS` is the one table of
 reason flags, and every NaN is explained by at least one flag that forbids a value.
+
+Examples
+--------
+A reading without a bar has no diameter, and its reasons say why:
+
+>>> from vision.readings import SizeReading
+>>> from vision.reasons import Reason
+>>> empty = SizeReading(reasons=Reason.NO_BAR)
+>>> empty.diameter_mm, empty.valid, empty.reasons.names
+(nan, False, ['no_bar'])
+
+A flag of the high 16 bits lowers the trust in a value but does not forbid it:
+
+>>> doubted = SizeReading(diameter_mm=119.93, expanded_uncertainty_mm=0.09, reasons=Reason.ROUTES_DISAGREE)
+>>> doubted.valid, doubted.trust_limit
+(True, 50.0)
 """
 
 import math
@@ -9,7 +25,7 @@ from dataclasses import dataclass
 
 from vision.reasons import IngotReason, Reason
 
-DOUBTED_TRUST = 50.0  # of a value that another way of measuring contradicts
+DOUBTED_TRUST = 50.0  # chosen: most trust, percent, in a value that the other sizing route contradicts
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,7 +98,7 @@ class SizeReading:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OrientationReading:
-    """What one picture says about the ingot on the line; NaN where there is no end.
+    """Verdict of one picture of the ingot on the line; NaN where there is no end.
 
     Attributes
     ----------

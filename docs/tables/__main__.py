@@ -6,6 +6,7 @@ from pathlib import Path
 from appliance.conformity.thermal_expansion import GRADES
 from appliance.diagnostics.alarms import ALARMS
 from appliance.diagnostics.fault_table import FAULTS
+from appliance.diagnostics.named_bits import named_bits
 from appliance.settings.table import table
 from appliance.simulation.bars.study_scenes import CONDITIONS
 from appliance.simulation.ingots.conditions import INGOT_CONDITIONS
@@ -19,7 +20,7 @@ FOLDER = Path(__file__).parent
 def texts() -> dict[str, str]:
     """Every table as Markdown, by file name."""
     return {
-        "registers.md": to_markdown(),
+        "registers.md": to_markdown(named_bits()),
         "settings.md": settings(),
         "reasons.md": reasons(),
         "faults.md": faults(),

@@ -51,7 +51,7 @@ def test_no_wrong_value_is_served(seen, case):
 
 
 @pytest.mark.parametrize("condition", ["no-bar", "one-blind", "two-bars"])
-def test_nothing_to_be_measured_is_no_value(seen, condition):
+def test_a_frame_without_a_measurable_bar_is_served_as_no_value(seen, condition):
     gauge, clean, _ = seen
     scene = draw(condition, clean.truth["seed"])
     assert not gauge.measure(scene.left, scene.right).valid

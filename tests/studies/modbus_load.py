@@ -191,9 +191,9 @@ def server_process(name):
     """Process id and port of a server that serves the block and nothing else."""
     # a server whose lines are counted for coverage is no fair match for the library's, whose lines are not
     environment = {key: value for key, value in os.environ.items() if not key.startswith("COVERAGE_")}
+    environment["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path))
     process = subprocess.Popen(
         [sys.executable, "-m", "studies.modbus_load", name],
-        cwd=Path(__file__).parents[1],
         env=environment,
         stdout=subprocess.PIPE,
         text=True,

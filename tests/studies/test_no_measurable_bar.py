@@ -18,7 +18,7 @@ def rows():
     return json.loads((RESULTS / "no_measurable_bar.json").read_text(encoding="utf-8"))["rows"]
 
 
-def test_no_value_is_wrong(rows):
+def test_no_value_of_a_frame_without_a_measurable_bar_is_wrong(rows):
     assert len(rows) >= 1000
     assert not [row for row in rows if is_wrong(row)]
 
@@ -27,7 +27,7 @@ def test_whatever_is_no_value_says_why(rows):
     assert all(row["reasons"] for row in rows if not row["valid"])
 
 
-def test_nothing_to_be_measured_is_no_value():
+def test_a_frame_with_nothing_to_measure_is_served_as_no_value():
     assert not any(run(case)["valid"] for case in DRAWN_AGAIN)
 
 

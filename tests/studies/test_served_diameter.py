@@ -35,6 +35,6 @@ def test_none_is_large_where_half_of_the_windows_agree(study):
     assert max(abs(row.get("error_mm") or 0.0) for row in sure) <= 0.30
 
 
-def test_route_v_stands_beside_it(modelled):
+def test_route_v_errs_by_no_more_than_is_said_of_it(modelled):
     assert modelled["virtual_board_rmse_mm"] <= 0.40
     assert modelled["virtual_board_worst_mm"] <= 1.5

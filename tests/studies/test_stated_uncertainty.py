@@ -35,10 +35,10 @@ def test_the_interval_holds_in_93_to_98_percent(rows):
     assert holds(rows, 1.0)
 
 
-def test_half_of_it_and_twice_of_it_would_not(rows):
+def test_half_and_twice_the_stated_uncertainty_have_not_its_coverage(rows):
     assert not holds(rows, 0.5)
     assert not holds(rows, 2.0)
 
 
-def test_it_is_small_enough_to_be_of_use(rows):
+def test_the_median_uncertainty_is_at_most_a_quarter_millimetre(rows):
     assert np.median([row["expanded_mm"] for row in rows]) <= 0.25

@@ -60,18 +60,27 @@ def plane_through(rays, mine):
 
 
 CHECKS = {
-    "axis height": Variant({"sizing.tangent.OFF_ROLLERS_MM": math.inf, "sizing.budget.HEIGHT_FREE_MM": math.inf}),
-    "limb profile": Variant(
-        dict.fromkeys([f"edges.subpixel.{name}" for name in ("MISFIT", "EVEN", "UNEVEN")], math.inf)
+    "axis height": Variant(
+        {
+            "sizing.tangent.gauge.OFF_ROLLERS_MM": math.inf,
+            "sizing.tangent.uncertainty_budget.FREE_HEIGHT_MM": math.inf,
+        }
     ),
-    "contrast": Variant({"sizing.region.CONTRAST": 0.0, "sizing.region.FLOOR": 0.0}),
+    "limb profile": Variant(
+        {
+            "edges.subpixel.MISFIT_SHARE": math.inf,
+            "edges.subpixel.LEAST_UNEVENNESS": math.inf,
+            "edges.subpixel.MOST_UNEVENNESS": math.inf,
+        }
+    ),
+    "contrast": Variant({"sizing.region_grid.LEAST_CONTRAST": 0.0, "sizing.region_grid.FLOOR_LIGHT": 0.0}),
     "still marks": Variant(rig={"marks": (NO_MARKS, NO_MARKS)}),
-    "agreement of the limbs": Variant({"sizing.tangent.WORST_LIMB_PX": math.inf}),
+    "agreement of the limbs": Variant({"sizing.tangent.gauge.WORST_LIMB_PX": math.inf}),
 }
 VARIANTS = {
     "as served": Variant(),
     "light not decoded": Variant(rig={"response": "linear"}),
-    "four planes": Variant({"sizing.tangent.fit_cylinder": four_planes}),
+    "four planes": Variant({"sizing.tangent.gauge.fit_cylinder": four_planes}),
     "resampled pictures": Variant(resampled=True, rig={"marks": (NO_MARKS, NO_MARKS)}),
     **{f"without {name}": variant for name, variant in CHECKS.items()},
     "without any of these checks": Variant(

@@ -11,11 +11,11 @@ from vision.alignment.quality import Quality
 
 Array = NDArray[np.float64]
 
-LOWEST_MM, HIGHEST_MM = 0.0, 320.0  # where the outlines of bars of 40 to 500 mm may agree
-BOARDS = 40  # n of algorithm 13; the source does not give it
-HEIGHT_STEP_MM = 0.01  # heights are whole steps, so that the loop's start does not show in the result
-FIRST_MM = 100.0  # where the loop begins
-ROUNDS = 6  # evaluations of the loop before it gives up
+LOWEST_BOARD_MM, HIGHEST_BOARD_MM = 0.0, 320.0  # heights at which the outlines of bars of 40 to 500 mm may agree
+BOARD_COUNT = 40  # chosen: n of algorithm 13, which the dissertation does not give
+HEIGHT_STEP_MM = 0.01  # chosen: heights are whole steps, so that the result does not depend on the loop's start
+FIRST_HEIGHT_MM = 100.0  # chosen: the loop begins there before the first bar
+MOST_EVALUATIONS = 6  # chosen: boards that the loop tries before it gives up and all boards are searched
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class Height:
 Evaluate = Callable[[float], Quality]
 
 
-def search_by_overlap(evaluate: Evaluate, boards: int = BOARDS) -> Height:
+def search_by_overlap(evaluate: Evaluate, boards: int = BOARD_COUNT) -> Height:
     """Algorithm 13 to the letter: of n boards the one whose |Q_R| is largest.
 
     Parameters
@@ -50,12 +50,12 @@ def search_by_overlap(evaluate: Evaluate, boards: int = BOARDS) -> Height:
     boards : int
         n.
     """
-    heights = np.linspace(LOWEST_MM, HIGHEST_MM, boards)
+    heights = np.linspace(LOWEST_BOARD_MM, HIGHEST_BOARD_MM, boards)
     qualities = [evaluate(float(height)) for height in heights]
     return _best(heights, qualities, [-abs(quality.percent) for quality in qualities])
 
 
-def search_by_offset(evaluate: Evaluate, boards: int = BOARDS) -> Height:
+def search_by_offset(evaluate: Evaluate, boards: int = BOARD_COUNT) -> Height:
     """Algorithm 13 on the centroids: of n boards the one at which the outlines' centroids are nearest.
 
     The overlap is flat where one outline holds the other, as on rigs whose cameras are not alike.
@@ -67,7 +67,7 @@ def search_by_offset(evaluate: Evaluate, boards: int = BOARDS) -> Height:
     boards : int
         n.
     """
-    heights = np.linspace(LOWEST_MM, HIGHEST_MM, boards)
+    heights = np.linspace(LOWEST_BOARD_MM, HIGHEST_BOARD_MM, boards)
     qualities = [evaluate(float(height)) for height in heights]
     return _best(heights, qualities, [abs(quality.offset_px) for quality in qualities])
 
@@ -83,8 +83,8 @@ class HeightLoop:
     """Algorithm 13 as a closed loop from frame to frame.
 
     It starts from the last frame's height, steps on the offset of the outlines' centroids with the slope that the rig
-    gives, and ends after a few boards, also when the bar's size has jumped. Only where that leads nowhere all n boards
-    are searched and the loop starts again from the best. Without a bar nothing is asked of it and its height stays.
+    gives, and ends after a few boards, also when the bar's size has jumped. Only if it does not end all n boards are
+    searched and the loop starts again from the best. Without a bar it is not called and its height stays.
     """
 
     def __init__(self) -> None:
@@ -103,9 +103,10 @@ class HeightLoop:
         Returns
         -------
         Height
-            NaN without such a height between `LOWEST_MM` and `HIGHEST_MM`; the loop then keeps its last height.
+            NaN without such a height between `LOWEST_BOARD_MM` and `HIGHEST_BOARD_MM`; the loop then keeps its last
+            height.
         """
-        start_mm = self.height_mm if math.isfinite(self.height_mm) else FIRST_MM
+        start_mm = self.height_mm if math.isfinite(self.height_mm) else FIRST_HEIGHT_MM
         found = _follow(evaluate, offset_per_mm, start_mm)
         if not math.isfinite(found.height_mm):
             best = search_by_offset(evaluate)
@@ -123,16 +124,16 @@ def _slope(evaluate: Evaluate, height_mm: float) -> float:
 
 
 def _follow(evaluate: Evaluate, offset_per_mm: Callable[[float], float], start_mm: float) -> Height:
-    """Secant steps from a height, the first along the rig's slope; NaN when they lead too far or do not end."""
+    """Secant steps from a height, the first along the rig's slope; NaN when they leave the range or do not converge."""
     height, tried = start_mm, 0
     slope = offset_per_mm(start_mm) if math.isfinite(start_mm) else math.nan
     before: tuple[float, float] | None = None
-    while tried < ROUNDS and LOWEST_MM <= height <= HIGHEST_MM:
+    while tried < MOST_EVALUATIONS and LOWEST_BOARD_MM <= height <= HIGHEST_BOARD_MM:
         quality = evaluate(height)
         tried += 1
         if before is not None:
             slope = (quality.offset_px - before[1]) / (height - before[0])
-        if not abs(quality.offset_px) < abs(slope) * HIGHEST_MM:
+        if not abs(quality.offset_px) < abs(slope) * HIGHEST_BOARD_MM:
             break
         goal = HEIGHT_STEP_MM * round((height - quality.offset_px / slope) / HEIGHT_STEP_MM)
         if abs(goal - height) < HEIGHT_STEP_MM / 2:

@@ -1,8 +1,9 @@
 """Alignment of the right view to the left one by virtual boards, and the height at which the bar's outlines agree.
 
-Algorithms 11, 12 and 13 of the source. T_RL takes the right view's board corners to the left view's; whatever lies in
-the board's plane then coincides. Q_R says how far the two outlines of the bar do; the board is raised or lowered
-virtually until they agree, by the source's search over n boards or by a loop that starts from the last frame's height.
+Algorithms 11, 12 and 13 of the dissertation. T_RL maps the right view's board corners to the left view's; whatever lies
+in the board's plane then coincides. Q_R measures how far the two outlines of the bar coincide. The board is raised or
+lowered virtually until they do, by the dissertation's search over n boards or by a loop that starts from the last
+frame's height.
 """
 
 import math
@@ -76,5 +77,13 @@ class Alignment:
         return np.arange(math.ceil(middle - rows / 4), math.floor(middle + rows / 4) + 1, dtype=np.float64)
 
     def quality(self, left: BarOutline, right: BarOutline, height_mm: float) -> Quality:
-        """Q_R and the offset of the outlines' centroids for the virtual board at a height (algorithm 12)."""
+        """Q_R and the offset of the outlines' centroids for the virtual board at a height (algorithm 12).
+
+        Parameters
+        ----------
+        left, right : BarOutline
+            In the pixels of the left and of the right region.
+        height_mm : float
+            Of the board over the conveyor plane.
+        """
         return alignment_quality(left, right.moved(self.right_to_left(height_mm)), self.test_rows(height_mm))

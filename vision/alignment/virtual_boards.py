@@ -1,4 +1,4 @@
-"""Virtual boards: the checkerboard at a height where nobody put it, from a low and a high one.
+"""Virtual boards: the checkerboard at any height, from its pictures at a low and at a high one (reference boards).
 
 Corners are kept as ideal points (x/z, y/z) of each camera, without the lens' distortion: there, and only there, a
 straight line in space is a straight line in the picture.
@@ -15,6 +15,7 @@ from vision.geometry.camera import Camera
 
 Array = NDArray[np.float64]
 
+# Corners (x, y) of the board that is projected where a registration picture is missing.
 STAND_IN_MM = np.stack(np.meshgrid(np.linspace(-150.0, 150.0, 7), np.linspace(-75.0, 75.0, 4)), axis=-1).reshape(-1, 2)
 
 
@@ -36,7 +37,19 @@ class BoardPair:
     high_depth_mm: Array
 
     def at(self, share: float, *, projective: bool) -> Array:
-        """Ideal points of the corners `share` of the way from the low to the high board, shape (n, 2)."""
+        """Ideal points of the corners between the low and the high board.
+
+        Parameters
+        ----------
+        share : float
+            Part of the way from the low to the high board; below 0 and above 1 it extrapolates.
+        projective : bool
+            See `VirtualBoards.corners`.
+
+        Returns
+        -------
+        ndarray of float64, shape (n, 2)
+        """
         low_weight, high_weight = np.full(len(self.low), 1.0 - share), np.full(len(self.low), share)
         if projective:
             low_weight, high_weight = low_weight * self.low_depth_mm, high_weight * self.high_depth_mm

@@ -9,11 +9,12 @@ import numpy as np
 from vision.calibration.initial_guess import HIGH, LOW, Pose, View
 from vision.calibration.rig import SIDES, Rig
 
-PAIRS_MIN = 6
+LEAST_PAIRS = 6  # chosen: boards that both cameras must have seen
+HEIGHT_SIGMAS = 4.0  # chosen: the high board may be off board.json by 4 standard uncertainties
 
 
 class Dropped(NamedTuple):
-    """A picture that the calibration does not stand on."""
+    """A picture that the calibration does not use, and why."""
 
     name: str
     reason: str
@@ -38,7 +39,17 @@ class CalibrationError(Exception):
 
 
 class Limit(NamedTuple):
-    """A quantity of a calibration, from where it is doubtful, and from where it is refused."""
+    """A quantity of a calibration, and its limits; all limits are chosen.
+
+    Attributes
+    ----------
+    value : float
+        The larger the worse; quantities that should be large are negated.
+    doubtful, refused : float
+        Above `doubtful` the calibration gets a warning, above `refused` it is refused.
+    text : str
+        Sentence for the report.
+    """
 
     value: float
     doubtful: float
@@ -57,13 +68,25 @@ class Limit(NamedTuple):
 
 
 def check_pairs(views: Sequence[View], dropped: Sequence[Dropped]) -> None:
-    """Raise `CalibrationError` when too few boards were seen by both cameras, or a given low board is unusable."""
+    """Raise `CalibrationError` when too few boards were seen by both cameras, or a given low board is unusable.
+
+    Parameters
+    ----------
+    views : sequence of View
+        Pictures in which a board was found.
+    dropped : sequence of Dropped
+        Pictures that were left out, for the verdict and the error's text.
+
+    Raises
+    ------
+    CalibrationError
+    """
     reasons: list[str] = []
     left, right = ({view.board for view in views if view.side == side} for side in (0, 1))
     pairs = len(left & right)
-    if pairs < PAIRS_MIN:
+    if pairs < LEAST_PAIRS:
         reasons.append(
-            f"{pairs} boards are usable in both pictures where {PAIRS_MIN} are needed: take more pairs of pictures"
+            f"{pairs} boards are usable in both pictures where {LEAST_PAIRS} are needed: take more pairs of pictures"
         )
     if LOW not in left | right and any(LOW in drop.name for drop in dropped):
         reasons.append("no picture of the low board is usable, and it defines the world frame: take it again")
@@ -72,13 +95,13 @@ def check_pairs(views: Sequence[View], dropped: Sequence[Dropped]) -> None:
 
 
 def limits(rig: Rig, views: Sequence[View], boards: Sequence[Pose]) -> list[Limit]:
-    """Everything that is judged on a finished calibration.
+    """Quantities by which a finished calibration is judged, with their limits.
 
     Parameters
     ----------
     rig : Rig
     views : sequence of View
-        The pictures that it stands on.
+        The pictures that it uses.
     boards : sequence of Pose
         Their boards in the world frame.
 
@@ -117,8 +140,13 @@ def check_height(measured_mm: float, u_mm: float, expected_mm: float) -> None:
     u_mm : float
         Standard uncertainty of the difference.
     expected_mm : float
+        As board.json has it.
+
+    Raises
+    ------
+    CalibrationError
     """
-    if abs(measured_mm - expected_mm) > 4.0 * u_mm:
+    if abs(measured_mm - expected_mm) > HEIGHT_SIGMAS * u_mm:
         found = f"{measured_mm:.2f} mm (u = {u_mm:.2f} mm) where board.json says {expected_mm:g} mm"
         advice = f"check square_mm, low_mm and high_mm, and that the pictures {LOW} and {HIGH} are not swapped"
         raise CalibrationError([f"the high board appears at {found}: {advice}"])

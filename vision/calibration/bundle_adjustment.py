@@ -18,7 +18,7 @@ POSE = slice(CAMERA_PARAMETERS.index("omega_x"), N_CAMERA)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sights:
-    """What one camera saw.
+    """Corners that one camera saw.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class Scene:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Problem:
-    """What is adjusted to what.
+    """Corners, free parameters and known height of an adjustment.
 
     Attributes
     ----------

@@ -10,14 +10,15 @@ from numpy.typing import NDArray
 from vision.calibration.checkerboard import Board
 from vision.pictures import check_picture, grey
 
-# Found by trial on path-traced boards of 28 to 100 pixels a square: residual 0.032 px, against 0.057 with a window
-# of a tenth of a square. Decoding the pictures to linear light first makes it 0.043: a crossing of four squares is
-# symmetric about its centre under any response, and the noise of bright pixels grows.
-WINDOW_OF_SQUARE = 0.4
+# Half side of the refinement's window over a square's side, and its smoothing, found by trial on path-traced boards of
+# 28 to 100 pixels a square: residual 0.032 px, against 0.057 px with a window of a tenth of one. Decoding to linear
+# light first makes it 0.043 px: a crossing of four squares is symmetric about its centre under any response, and the
+# noise of bright pixels grows.
+WINDOW_SHARE = 0.4
 SMOOTHING_PX = 1.0
 
-REGULAR_OF_SQUARE = 0.15
-PATCH_PX = 16
+IRREGULAR_SHARE = 0.15  # chosen: corners off a homography by 15 % of a square (RMS) or more are no board's
+SQUARE_PATCH_PX = 16  # chosen: pixels of a square when its lightness is averaged
 
 
 class Found(NamedTuple):
@@ -95,7 +96,7 @@ def _right_handed(corners: NDArray[np.float64], board: Board) -> NDArray[np.floa
 
 
 def _refined(pixels: NDArray[np.uint8], corners: NDArray[np.float64], board: Board) -> NDArray[np.float64]:
-    half = max(2, round(WINDOW_OF_SQUARE * _square_px(corners, board)))
+    half = max(2, round(WINDOW_SHARE * _square_px(corners, board)))
     smooth = cv2.GaussianBlur(pixels.astype(np.float32), (0, 0), SMOOTHING_PX)
     criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-4)
     start = corners.astype(np.float32).reshape(-1, 1, 2)
@@ -117,7 +118,7 @@ def _fault(pixels: NDArray[np.uint8], corners: NDArray[np.float64], board: Board
         return "a grid was found, but its corners lie on one line"
     mapped = cv2.perspectiveTransform(board.corners_mm[:, None, :2], to_picture).reshape(-1, 2)
     residual = float(np.sqrt(np.mean(np.sum((mapped - corners) ** 2, axis=1)))) / _square_px(corners, board)
-    if not residual < REGULAR_OF_SQUARE:
+    if not residual < IRREGULAR_SHARE:
         return f"a grid was found, but it is not regular ({100.0 * residual:.0f} % of a square)"
     if not _alternates(_lightness(pixels, to_picture, board)):
         return "a grid was found, but its squares are not light and dark in turn"
@@ -127,7 +128,7 @@ def _fault(pixels: NDArray[np.uint8], corners: NDArray[np.float64], board: Board
 def _lightness(pixels: NDArray[np.uint8], to_picture: NDArray[np.float64], board: Board) -> NDArray[np.float64]:
     """Mean pixel value of the middle of each square between the corners, shape (rows, columns)."""
     columns, rows = (count - 1 for count in board.inner_corners)
-    scale = board.square_mm / PATCH_PX
+    scale = board.square_mm / SQUARE_PATCH_PX
     first = board.corners_mm[0]
     from_patch = np.array(
         [[scale, 0.0, first[0] + scale / 2.0], [0.0, -scale, first[1] - scale / 2.0], [0.0, 0.0, 1.0]]
@@ -135,11 +136,11 @@ def _lightness(pixels: NDArray[np.uint8], to_picture: NDArray[np.float64], board
     patch = cv2.warpPerspective(
         pixels,
         to_picture @ from_patch,
-        (columns * PATCH_PX, rows * PATCH_PX),
+        (columns * SQUARE_PATCH_PX, rows * SQUARE_PATCH_PX),
         flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
     )
-    middle = slice(PATCH_PX // 4, -PATCH_PX // 4)
-    return patch.reshape(rows, PATCH_PX, columns, PATCH_PX)[:, middle, :, middle].mean(axis=(1, 3))
+    middle = slice(SQUARE_PATCH_PX // 4, -SQUARE_PATCH_PX // 4)
+    return patch.reshape(rows, SQUARE_PATCH_PX, columns, SQUARE_PATCH_PX)[:, middle, :, middle].mean(axis=(1, 3))
 
 
 def _alternates(light: NDArray[np.float64]) -> bool:

@@ -64,7 +64,7 @@ class Pose(NamedTuple):
 
 
 class OneCamera(NamedTuple):
-    """What the pictures of one camera alone gave: the camera at the origin, and each board's pose before it."""
+    """Calibration from one camera's pictures alone: the camera at the origin, and each board's pose before it."""
 
     camera: Camera
     poses: dict[str, Pose]
@@ -82,7 +82,7 @@ class Guess:
     boards : dict of str to Pose
         Board to world.
     views : list of View
-        The views that the guess stands on, in the orders of corners that fit together.
+        The views that the guess uses, their corners in orders that fit together.
     misfits : list of View
         The views left out.
     """
@@ -172,7 +172,7 @@ def calibrate_one(views: Sequence[View], board: Board, image_size: tuple[int, in
             np.eye(3),
             np.zeros(5),
             flags=cv2.CALIB_FIX_K3,
-            criteria=(cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 12, 1e-5),  # a start is all that is needed
+            criteria=(cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 12, 1e-5),  # the adjustment refines it
         )
         worst = int(np.argmax(errors))
         if len(kept) <= 3 or errors[worst, 0] <= max(1.0, 2.0 * float(np.median(errors))):
@@ -234,7 +234,19 @@ def _distance(one: Pose, other: Pose) -> float:
 
 
 def residual_alone_px(view: View, camera: Camera, board: Board) -> float:
-    """Root mean square residual, per coordinate, of a picture whose board may be anywhere before the camera."""
+    """Root mean square residual, per coordinate, of a picture whose board may be anywhere before the camera.
+
+    Parameters
+    ----------
+    view : View
+    camera : Camera
+    board : Board
+
+    Returns
+    -------
+    float
+        Pixels; infinite when no pose is found.
+    """
     found, omega, t = cv2.solvePnP(board.corners_mm, view.corners_px, camera.K, camera.dist)
     if not found:
         return float("inf")

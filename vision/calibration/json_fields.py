@@ -71,7 +71,14 @@ class Fields:
         return value[0], value[1]
 
     def array(self, key: str, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
-        """Finite float64 array of a shape; None stands for any length, and such an array may be empty."""
+        """Finite float64 array of a shape.
+
+        Parameters
+        ----------
+        key : str
+        shape : tuple of int or None
+            None stands for any length, and such an array may be empty.
+        """
         value = self.value(key)
         try:
             array = np.array(value, dtype=np.float64)
@@ -86,7 +93,12 @@ class Fields:
         return array
 
     def refuse(self, key: str, reason: str) -> NoReturn:
-        """Raise the sentence about a key."""
+        """Raise `ValueError` with the sentence about a key.
+
+        Parameters
+        ----------
+        key, reason : str
+        """
         raise ValueError(f"{self._prefix}{key}: {reason}")
 
 

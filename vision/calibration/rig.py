@@ -1,4 +1,4 @@
-"""A rig: two calibrated cameras, the plane they look at, and how well all of that is known."""
+"""A rig (camera calibration): two cameras in the line's coordinates, with the covariance of their parameters."""
 
 import json
 from collections.abc import Callable
@@ -27,7 +27,7 @@ class Rig:
     ----------
     left, right : Camera
     covariance : ndarray of float64, shape (30, 30)
-        Covariance (k = 1) of the small changes that `perturbed` takes: the left camera's, then the right one's;
+        Covariance (k = 1) of the parameters of `perturbed`: the left camera's, then the right one's;
         pixels, radians, mm. The scale of the board and the heights of the registration boards are not in it.
     response : str
         How pixel values follow from light.
@@ -96,7 +96,7 @@ class Rig:
         Parameters
         ----------
         quantity : callable
-            Takes a rig, gives a number; differentiated by central differences of one standard uncertainty.
+            Maps a rig to a number; differentiated by central differences of one standard uncertainty.
 
         Returns
         -------

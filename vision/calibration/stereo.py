@@ -35,7 +35,7 @@ Pair = tuple[NDArray[np.float64] | None, NDArray[np.float64] | None]
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """One picture that the calibration stands on.
+    """One picture that the calibration uses.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Picture:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Calibration:
-    """A rig that was found good enough, and what it stands on.
+    """An accepted rig (camera calibration), and the pictures that it was computed from.
 
     Attributes
     ----------

@@ -1,7 +1,7 @@
-"""Still marks around the line: strong corners that both registration pictures show at one place.
+"""Still marks (fixed background points): strong corners that both registration pictures show at one place.
 
-Where they stand in a later picture tells whether the camera has moved since its calibration, which edges of the bar
-cannot tell. A mark that the bar hides or lights anew is not found again and does not count.
+Their places in a later picture show whether the camera has moved since its calibration, which the bar's edges cannot
+show. A mark that the bar hides, or lights differently, is not found again and does not count.
 """
 
 import base64
@@ -18,18 +18,18 @@ from vision.pictures import grey
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 
-MOST = 20
-HALF_PX = 15  # of a mark's patch
-SIDE_PX = 2 * HALF_PX + 1
-SMOOTH_PX = 1.5  # noise of dark pictures is most of what they show
-SEARCH_PX = 8  # how far a mark is searched around its place
-FAR_PX = 128  # and how far when too few marks are found there, in pictures of half the size
-STILL_PX = 0.3  # between both registration pictures
-ALIKE = 0.7  # least correlation of a patch with the picture
-BOARD_MARGIN = 1.5  # times the board's corners' hull, around its middle: the sheet and its shadow
-LEAST = 6  # marks, to speak of a move
-NOISES = 3.0  # standard deviations of a motion that noise alone gives
-FOUND_PX = 0.5  # from the fitted motion: marks further off are something else
+MOST_MARKS = 20  # chosen: marks kept per camera, the strongest
+PATCH_HALF_PX = 15  # chosen: half side of a mark's patch
+PATCH_SIDE_PX = 2 * PATCH_HALF_PX + 1
+SMOOTHING_PX = 1.5  # chosen: standard deviation of the Gaussian that removes noise, most of what dark pictures show
+SEARCH_PX = 8  # chosen: a mark is searched up to this far around its place
+FAR_SEARCH_PX = 128  # chosen: and up to this far, in pictures of half the size, when too few are found there
+STILL_SHIFT_PX = 0.3  # chosen: a corner is a still mark if both registration pictures show it within 0.3 px
+LEAST_CORRELATION = 0.7  # chosen: a mark is found again where its patch correlates with the picture by at least 0.7
+BOARD_MARGIN_FACTOR = 1.5  # chosen: corners within 1.5 times the board's hull may be its sheet or its shadow
+LEAST_MARKS = 6  # chosen: fewer marks found again say nothing of a moved camera
+NOISE_SIGMAS = 3.0  # chosen: a motion of up to 3 standard deviations of its noise counts as none
+AGREEMENT_PX = 0.5  # chosen: a mark further than this from the fitted motion is something else
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,12 +60,12 @@ class Marks:
         place = fields.array("place_px", (None, 2)).astype(np.int64)
         try:
             patch = np.frombuffer(base64.b64decode(str(fields.value("patch")), validate=True), "<f2")
-            return cls(place, patch.astype(np.float32).reshape(len(place), SIDE_PX, SIDE_PX))
+            return cls(place, patch.astype(np.float32).reshape(len(place), PATCH_SIDE_PX, PATCH_SIDE_PX))
         except ValueError:
-            fields.refuse("patch", f"this is not a patch of {SIDE_PX} x {SIDE_PX} pixels for every mark")
+            fields.refuse("patch", f"this is not a patch of {PATCH_SIDE_PX} x {PATCH_SIDE_PX} pixels for every mark")
 
     def moved_px(self, picture: Picture) -> float:
-        """How far the picture has moved since the calibration.
+        """Distance that the picture has moved since the calibration, px.
 
         A shift and a turn are fitted robustly to the marks that are found again.
 
@@ -80,15 +80,15 @@ class Marks:
             few marks agree on one.
         """
         near_px = _moved_within(self, picture, SEARCH_PX)
-        if np.isfinite(near_px) or len(self.patch) < LEAST:
+        if np.isfinite(near_px) or len(self.patch) < LEAST_MARKS:
             return near_px
         smooth = _smooth_grey(picture)
         half = cv2.resize(smooth, (smooth.shape[1] // 2, smooth.shape[0] // 2), interpolation=cv2.INTER_AREA)
-        return 2 * _moved_within(self._halved(), np.asarray(half, np.float32), FAR_PX // 2)
+        return 2 * _moved_within(self._halved(), np.asarray(half, np.float32), FAR_SEARCH_PX // 2)
 
     def _halved(self) -> "Marks":
         """Marks for pictures of half the size, each of whose pixels is four."""
-        size = SIDE_PX // 2
+        size = PATCH_SIDE_PX // 2
         begins = 1 - self.place_px % 2
         patch = [
             cv2.resize(one[y : y + 2 * size, x : x + 2 * size], (size, size), interpolation=cv2.INTER_AREA)
@@ -97,7 +97,7 @@ class Marks:
         return Marks(self.place_px // 2, np.array(patch, np.float32))
 
 
-NO_MARKS = Marks(np.empty((0, 2), np.int64), np.empty((0, SIDE_PX, SIDE_PX), np.float32))
+NO_MARKS = Marks(np.empty((0, 2), np.int64), np.empty((0, PATCH_SIDE_PX, PATCH_SIDE_PX), np.float32))
 
 
 def find_marks(low: Picture, high: Picture, boards_px: tuple[Array, Array]) -> Marks:
@@ -108,34 +108,34 @@ def find_marks(low: Picture, high: Picture, boards_px: tuple[Array, Array]) -> M
     low, high : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
         Pictures of the board at both heights.
     boards_px : tuple of ndarray of float64, shape (corners, 2)
-        The board's corners in each, (x, y): nothing there stands still.
+        The board's corners in each, (x, y); no mark is searched around them.
 
     Returns
     -------
     Marks
-        At most `MOST`, the strongest.
+        At most `MOST_MARKS`, the strongest.
     """
     smooth = _smooth_grey(low)
     free = np.full(smooth.shape, 255, np.uint8)
-    border = HALF_PX + SEARCH_PX + 1
+    border = PATCH_HALF_PX + SEARCH_PX + 1
     free[:border], free[-border:], free[:, :border], free[:, -border:] = 0, 0, 0, 0
     for corners in boards_px:
         middle = corners.mean(axis=0)
-        hull = cv2.convexHull((middle + BOARD_MARGIN * (corners - middle)).astype(np.float32))
+        hull = cv2.convexHull((middle + BOARD_MARGIN_FACTOR * (corners - middle)).astype(np.float32))
         cv2.fillConvexPoly(free, np.rint(hull).astype(np.int32), 0)
-    corners = cv2.goodFeaturesToTrack(smooth, 4 * MOST, 0.005, float(HALF_PX), mask=free)
+    corners = cv2.goodFeaturesToTrack(smooth, 4 * MOST_MARKS, 0.005, float(PATCH_HALF_PX), mask=free)
     if corners is None:
         return NO_MARKS
     place = np.rint(np.asarray(corners).reshape(-1, 2)).astype(np.int64)
-    patch = np.array([_around(smooth, at, HALF_PX) for at in place])
+    patch = np.array([_around(smooth, at, PATCH_HALF_PX) for at in place])
     shifts = [_shift_px(one, high, at) for one, at in zip(patch, place, strict=True)]
-    still = [shift is not None and bool(np.hypot(*shift) < STILL_PX) for shift in shifts]
-    return Marks(place[still][:MOST], patch[still][:MOST])
+    still = [shift is not None and bool(np.hypot(*shift) < STILL_SHIFT_PX) for shift in shifts]
+    return Marks(place[still][:MOST_MARKS], patch[still][:MOST_MARKS])
 
 
 def _smooth_grey(picture: Picture) -> NDArray[np.float32]:
     """Grey picture without most of its noise."""
-    return np.asarray(cv2.GaussianBlur(grey(picture).astype(np.float32), (0, 0), SMOOTH_PX), np.float32)
+    return np.asarray(cv2.GaussianBlur(grey(picture).astype(np.float32), (0, 0), SMOOTHING_PX), np.float32)
 
 
 def _around(picture: NDArray[Any], place: NDArray[np.int64], half: int) -> NDArray[Any]:
@@ -149,7 +149,7 @@ def _moved_within(marks: Marks, picture: Picture | NDArray[np.float32], search_p
         _shift_px(patch, picture, place, search_px) for patch, place in zip(marks.patch, marks.place_px, strict=True)
     ]
     seen = [shift is not None for shift in found]
-    if sum(seen) < LEAST:
+    if sum(seen) < LEAST_MARKS:
         return np.nan
     place = marks.place_px[seen].astype(np.float64)
     return _motion_px(place - place.mean(axis=0), np.array([shift for shift in found if shift is not None]))
@@ -170,7 +170,7 @@ def _shift_px(
     alike = cv2.matchTemplate(around, patch, cv2.TM_CCOEFF_NORMED)
     _, best, _, (column, row) = cv2.minMaxLoc(alike)
     rows, columns = alike.shape
-    if not (ALIKE <= best <= 1.001 and 0 < column < columns - 1 and 0 < row < rows - 1):
+    if not (LEAST_CORRELATION <= best <= 1.001 and 0 < column < columns - 1 and 0 < row < rows - 1):
         return None
     across, down = alike[row, column - 1 : column + 2], alike[row - 1 : row + 2, column]
     begins = np.minimum(place - half_px, search_px)  # of the search, before the patch's own place
@@ -192,13 +192,13 @@ def _motion_px(place: Array, shift: Array) -> float:
     agrees = np.ones(len(x), bool)
     for _ in range(4):
         off = np.hypot(*(shift.T.ravel() - design @ motion).reshape(2, -1))
-        agrees = off <= max(FOUND_PX, float(np.median(off)))
+        agrees = off <= max(AGREEMENT_PX, float(np.median(off)))
         both = np.tile(agrees, 2)
         motion = np.linalg.lstsq(design[both], shift.T.ravel()[both], rcond=None)[0]
     off = (shift.T.ravel() - design @ motion).reshape(2, -1)[:, agrees]
-    if np.count_nonzero(np.hypot(*off) <= FOUND_PX) < max(LEAST, len(x) // 2):
+    if np.count_nonzero(np.hypot(*off) <= AGREEMENT_PX) < max(LEAST_MARKS, len(x) // 2):
         return np.nan
     moved = np.mean(np.sum((design @ motion).reshape(2, -1)[:, agrees] ** 2, axis=0))
     # three fitted numbers bring the noise of three coordinates, over the number of marks
     by_noise = 3 * np.sum(off**2) / max(2 * agrees.sum() - 3, 1) / agrees.sum()
-    return float(np.sqrt(max(moved - NOISES**2 * by_noise, 0.0)))
+    return float(np.sqrt(max(moved - NOISE_SIGMAS**2 * by_noise, 0.0)))

@@ -1,4 +1,4 @@
-"""From edge strength to edge or no edge."""
+"""Binary edges: edge strength compared with a confidence, and lone edge pixels removed."""
 
 import cv2
 import numpy as np
@@ -16,8 +16,8 @@ def binarised(strength: NDArray[np.float32], confidence: float) -> NDArray[np.bo
     strength : ndarray of float32, shape (rows, columns)
         0 to 1, as `vision.edges.operators.detect_edges` gives it, thinned or not.
     confidence : float
-        Share of full scale, which is 1 and not the strongest edge in the picture: what is an edge does not depend on
-        what else is in view.
+        Least strength, as a share of full scale. Full scale is 1 and not the strongest edge in the picture, so an edge
+        does not depend on what else is in view.
 
     Returns
     -------
@@ -36,8 +36,8 @@ def binarised(strength: NDArray[np.float32], confidence: float) -> NDArray[np.bo
 def denoised(edges: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Keep edge pixels that have at least two others among their eight neighbours (algorithm 4 of the dissertation).
 
-    All pixels are judged by the picture as it comes in. Those at the border, which the source does not visit, are
-    judged like all others; beyond the border there are no edges.
+    Every pixel is judged by the input, not by what was removed before it. Border pixels, which the dissertation's loop
+    does not visit, are judged like all others; beyond the border there are no edges.
 
     Parameters
     ----------

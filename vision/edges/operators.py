@@ -1,4 +1,19 @@
-"""Edges by name: the structured forest and the classical operators behind one function."""
+"""Edges by name: the structured forest and the classical operators behind one function.
+
+Examples
+--------
+A step of light between columns 31 and 32 is an upright edge; its direction is across it, along x:
+
+>>> import numpy as np
+>>> from vision.edges.operators import detect_edges
+>>> image = np.zeros((64, 64), np.float32)
+>>> image[:, 32:] = 1.0
+>>> edges = detect_edges(image, "sobel")
+>>> np.flatnonzero(edges.strength[30]).tolist()
+[31, 32]
+>>> edges.normal_rad[30, 32].item()
+0.0
+"""
 
 from dataclasses import dataclass
 from typing import Literal, get_args
@@ -18,10 +33,10 @@ EdgeMethod = Literal["forest", "sobel", "prewitt", "roberts", "canny"]
 
 EDGE_METHODS: tuple[EdgeMethod, ...] = get_args(EdgeMethod)
 
-CANNY_PAIR = (0.02, 0.05)  # low and high threshold, parts of the picture's steepest gradient
-CANNY_SIGMA_PX = 2**0.5  # smoothing before the gradient is taken
-_CANNY_FULL_SCALE = 16_000  # of gradients as int16; the sum of two squares fits 32 bits
-_FLAT = 1e-3  # steepest gradient, of Sobel's unscaled mask, that rounding alone may leave
+CANNY_THRESHOLDS = (0.02, 0.05)  # low, high: shares of the steepest gradient (dissertation, printed as 0.02 and 0.5)
+CANNY_SIGMA_PX = 2**0.5  # chosen: Gaussian smoothing before the gradient
+_CANNY_FULL_SCALE = 16_000  # steepest gradient as int16, so that a sum of two squares fits 32 bits
+_FLAT_GRADIENT = 1e-3  # chosen: Sobel gradients below it, before scaling, are rounding and no edge
 
 Image = NDArray[np.float32]
 
@@ -52,10 +67,11 @@ def detect_edges(image: Image, method: EdgeMethod, columns: slice = slice(None))
         pictures.
     method : {"forest", "sobel", "prewitt", "roberts", "canny"}
         Sobel, Prewitt and Roberts give the gradient's magnitude by eq. 2.1 to 2.3 of the dissertation, scaled so that
-        no picture can exceed 1; Canny (algorithm 1) gives 0 or 1 with the pair `CANNY_PAIR`; the forest gives the share
+        no picture can exceed 1; Canny (algorithm 1) gives 0 or 1 with `CANNY_THRESHOLDS`; the forest gives the share
         of its trees' votes.
     columns : slice
-        Columns that are wanted, without a step. The forest looks at no more of the picture than these need.
+        Columns for which edges are returned, without a step. The forest reads only the part of the picture that
+        influences them.
 
     Returns
     -------
@@ -73,22 +89,36 @@ def detect_edges(image: Image, method: EdgeMethod, columns: slice = slice(None))
     image = checked_image(image)
     if method == "forest":
         whole = columns.indices(image.shape[1])[:2] == (0, image.shape[1])
-        # a strip is not worth a second thread: whoever wants several has them looked at side by side
+        # A second thread does not pay for a strip; callers with several strips detect them in parallel.
         return forest_edges(shipped_detector() if whole else shipped_detector(1), image, columns)
     grey = grey_of(image)
-    whole = canny(grey, *CANNY_PAIR) if method == "canny" else _gradient_edges(grey, method)
+    whole = canny(grey, *CANNY_THRESHOLDS) if method == "canny" else _gradient_edges(grey, method)
     return EdgeMap(whole.strength[:, columns], whole.normal_rad[:, columns])
 
 
 def grey_of(image: Image) -> Image:
-    """What the classical operators take of a picture: its grey value, 0.299 R + 0.587 G + 0.114 B."""
+    """Grey value of a red-green-blue picture for the classical operators: 0.299 R + 0.587 G + 0.114 B."""
     return image if image.ndim == 2 else np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.float32)
 
 
 def forest_edges(detector: EdgeDetector, image: Image, columns: slice = slice(None)) -> EdgeMap:
-    """Edges by a forest; strength is the share of trees that vote for an edge, half of what the detector gives."""
+    """Edges by a structured forest.
+
+    Parameters
+    ----------
+    detector : EdgeDetector
+    image : ndarray of float32, shape (rows, columns) or (rows, columns, 3)
+        Grey or red-green-blue, 0 to 1.
+    columns : slice
+        Columns for which edges are returned, without a step.
+
+    Returns
+    -------
+    EdgeMap
+        Strength is the share of trees that vote for an edge, half of `EdgeDetector.strength`.
+    """
     first, end, _ = columns.indices(image.shape[1])
-    around = slice(max(0, first - NORMAL_REACH_PX), end + NORMAL_REACH_PX)  # what directions at the borders depend on
+    around = slice(max(0, first - NORMAL_REACH_PX), end + NORMAL_REACH_PX)  # directions at the borders depend on it
     (votes,) = detector.strength_in(image, [(slice(None), around)])
     strength = np.minimum(np.float32(0.5) * votes, np.float32(1))
     wanted = slice(first - around.start, end - around.start)
@@ -103,7 +133,8 @@ def canny(grey: Image, low: float, high: float) -> EdgeMap:
     grey : ndarray of float32, shape (rows, columns)
         0 to 1.
     low, high : float
-        Parts of the steepest gradient in the picture: where a ridge begins, and how far it is followed.
+        Thresholds as shares of the steepest gradient in the picture: a ridge begins above `high` and is followed down
+        to `low`.
 
     Returns
     -------
@@ -112,14 +143,14 @@ def canny(grey: Image, low: float, high: float) -> EdgeMap:
     smooth = cv2.GaussianBlur(grey, (0, 0), CANNY_SIGMA_PX)
     dx = cv2.Sobel(smooth, cv2.CV_32F, 1, 0)
     dy = cv2.Sobel(smooth, cv2.CV_32F, 0, 1)
-    steepest = max(float(cv2.magnitude(dx, dy).max()), _FLAT)
+    steepest = max(float(cv2.magnitude(dx, dy).max()), _FLAT_GRADIENT)
     across, down = (np.rint(np.asarray(part) * (_CANNY_FULL_SCALE / steepest)).astype(np.int16) for part in (dx, dy))
     edges = cv2.Canny(across, down, low * _CANNY_FULL_SCALE, high * _CANNY_FULL_SCALE, L2gradient=True)
     return EdgeMap((edges > 0).astype(np.float32), _direction(dx, dy))
 
 
 def checked_image(image: Image) -> Image:
-    """The picture itself when it is one.
+    """Return the picture if it is one that edges can be detected in.
 
     Raises
     ------

@@ -21,7 +21,7 @@ def sample_profiles(
     ----------
     picture : ndarray of uint8, shape (rows, columns, channels)
     channel : int
-        Of the picture.
+        Index of the picture's colour channel.
     decode : ndarray of float32, shape (256,)
         Light of every code value.
     point_px : ndarray of float64, shape (n, 2)
@@ -29,7 +29,7 @@ def sample_profiles(
     normal : ndarray of float64, shape (n, 2)
         Unit vectors along which they run, (x, y).
     offsets_px : ndarray of float64, shape (m,)
-        Places on each profile.
+        Offsets of the samples from the middle of each profile.
 
     Returns
     -------

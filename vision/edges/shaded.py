@@ -1,4 +1,4 @@
-"""Half level at the limb of a round bar, which is darker there than further inside."""
+"""Half level at the limb of a round bar, whose light falls off towards the limb (shading)."""
 
 from dataclasses import dataclass
 
@@ -12,13 +12,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ShadedCrossings:
-    """Where n profiles cross half level, the bar's shading towards its limb counted.
+    """Where n profiles cross half level, corrected for the bar's shading towards its limb.
 
     Attributes
     ----------
     crossings : Crossings
     unshaded_px : ndarray of float64, shape (n,)
-        Where they would cross without any shading.
+        Crossings without the correction for shading.
     blur_px : float
         Standard deviation of the edge's blur.
     """
@@ -29,21 +29,21 @@ class ShadedCrossings:
 
 
 def shaded_crossings(profile: Array, offsets_px: Array, first_blur_px: float) -> ShadedCrossings | None:
-    """Half level of an edge near the middle of its profiles.
+    """Half level of an edge near the middle of its profiles, corrected for shading.
 
     Parameters
     ----------
     profile : ndarray of float64, shape (n, m)
         Light, from dark to bright.
     offsets_px : ndarray of float64, shape (m,)
-        Places, evenly spaced, increasing.
+        Offsets of the samples along a profile, evenly spaced, increasing.
     first_blur_px : float
-        Blur that is taken until the edge's own is known.
+        Standard deviation of the blur that is assumed until the edge's own is estimated.
 
     Returns
     -------
     ShadedCrossings or None
-        None when the profiles tell no blur: too few of them have an edge.
+        None when no profile has an edge whose blur could be estimated.
     """
     first = half_level_crossing(profile, offsets_px, first_blur_px, expected_px=0.0)
     blur_px = edge_blur_px(profile, offsets_px, first.place_px)

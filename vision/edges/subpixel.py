@@ -1,8 +1,8 @@
 """Where a straight edge crosses its profiles, to a fraction of a pixel, halfway in light.
 
-Profiles run from the dark side to the bright one. Half level between the plateaus on either side gives each crossing;
-the median profile of the edge then tells its own shape, blur, halo and all, and fitting that shape over the dark flank
-alone locates the edge anew without looking far into the bar, where patches may lie.
+Profiles run from the dark side to the bright one. Each crossing is where light is halfway between the plateaus on
+either side. The median profile is then the edge's own shape, blur and halo included; fitted to each profile over its
+dark flank alone it locates the edge again without the light inside the bar, where patches of scale may lie.
 """
 
 from dataclasses import dataclass
@@ -14,20 +14,27 @@ from scipy import special
 
 Array = NDArray[np.float64]
 
-PLATEAU_PX = 2.0  # width over which the level on either side of the edge is averaged
-DEEPER_PX = 3.0  # width of the plateau behind it, which tells how light changes with depth
-CLEARLY = 0.15  # of the step from background to bar: more than a reflection, less than a dark patch on the bar
-REACH_SIGMAS = 2.2  # beyond it less than 1.4 % of the step is missing on either side, alike
-LEAST_REACH_PX = 1.5  # bilinear interpolation alone blurs that far
-SHAPE_PX = 6.0  # half length of an edge's own shape
+PLATEAU_PX = 2.0  # chosen: width over which the light on either side of the edge is averaged
+DEEPER_PLATEAU_PX = 3.0  # chosen: width of a second plateau behind the first; both tell how light changes with depth
+CLEAR_RISE_SHARE = 0.15  # chosen: a rise of less than 15 % of the step from background to bar is a reflection
+REACH_SIGMAS = 2.2  # plateaus begin there: a Gaussian blur leaves 1.4 % of the step beyond 2.2 standard deviations
+LEAST_REACH_PX = 1.5  # chosen: bilinear interpolation alone blurs the edge over this distance
+SHAPE_HALF_LENGTH_PX = 6.0  # chosen: half length of the median profile that is the edge's own shape
 SHAPE_STEP_PX = 0.25
-FLANK_SIGMAS = (3.0, 1.2)  # outwards and inwards of the edge: where its shape is fitted
-FIT_ROUNDS = 6
-MISFIT, MISFITS = 0.04, 3.0  # of the step, root mean square, and of the median: beyond both it is another edge
-EVEN, UNEVEN = 0.08, 0.15  # of the step: how far light behind the edge may differ, without and with noise
-QUIET, NOISES = 0.25, 4.0  # share of the profiles that differ by noise alone, and how many times that is no noise
-LEAST_EVEN = 0.4  # of the profiles: so many are kept
-MOVED_PX = 1.5  # a fit that leaves its crossing further has found something else
+FLANK_SIGMAS = (
+    3.0,
+    1.2,
+)  # chosen: the shape is fitted from 3 blurs outside the edge to 1.2 inside, before patches begin
+FIT_ROUNDS = 6  # Gauss-Newton steps of a profile's fit
+# Chosen: a fit whose root mean square residual exceeds 4 % of the step and 3 times the median one is another edge.
+MISFIT_SHARE, MISFIT_FACTOR = 0.04, 3.0
+# Chosen: light behind the edge that differs by more than this share of the step is a patch: 8 % on quiet profiles, at
+# most 15 % on noisy ones. In between the limit is 4 times the lower quartile, which noise alone explains.
+LEAST_UNEVENNESS, MOST_UNEVENNESS = 0.08, 0.15
+QUIET_SHARE, NOISE_FACTOR = 0.25, 4.0
+LEAST_KEPT_SHARE = 0.4  # chosen: of a limb's profiles the most even 40 % are kept however uneven they are
+MOST_SHIFT_PX = 1.5  # chosen: a fit that ends further from its half-level crossing has found another edge
+SHADED_BLUR_ROOT = 0.822  # mean of sqrt|x| of a standard normal variable, 2^(1/4) Gamma(3/4) / sqrt(pi)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -60,11 +67,11 @@ def half_level_crossing(
     profile : ndarray of float64, shape (n, m)
         Light.
     offsets_px : ndarray of float64, shape (m,)
-        Places, evenly spaced, increasing.
+        Offsets of the samples along a profile, evenly spaced, increasing.
     blur_px : float
         Standard deviation of the edge's blur.
     expected_px : float, optional
-        Where the edge is to within its blur; without it the first clear rise is taken.
+        Where the edge is, to within its blur; without it the search begins at the first clear rise of light.
     shading : float
         Share of the step by which the bright side is darker at its edge than on its plateau; see `edge_shading`.
 
@@ -81,17 +88,16 @@ def edge_shading(profile: Array, offsets_px: Array, crossings: Crossings, blur_p
     """Share of the step by which the limb of a round bar is darker than the plateau beside it.
 
     Light that depends on the angle at which it leaves a cylinder changes with the square root of the depth below the
-    limb: L(d) = L0 + k sqrt(d). k follows from two plateaus at different depths, less what the dark side shows in
-    the mirror: there the lens' own halo is the same, and it moves no edge. At the limb itself the blur, of
-    standard deviation sigma, turns L into half of L0 + 0.822 k sqrt(sigma), 0.822 being the mean root of a standard
-    normal variable's absolute value.
+    limb: L(d) = L0 + k sqrt(d). k follows from two plateaus at different depths, less the same difference on the dark
+    side: the lens' halo is alike on both sides and moves no edge. At the limb itself the blur, of standard deviation
+    sigma, turns L into half of L0 + 0.822 k sqrt(sigma), 0.822 being the mean of sqrt|x| of a standard normal x.
 
     Parameters
     ----------
     profile : ndarray of float64, shape (n, m)
         Light, from dark to bright.
     offsets_px : ndarray of float64, shape (m,)
-        Places.
+        Offsets of the samples along a profile, evenly spaced, increasing.
     crossings : Crossings
         Found without shading.
     blur_px : float
@@ -103,7 +109,7 @@ def edge_shading(profile: Array, offsets_px: Array, crossings: Crossings, blur_p
         Median over the profiles, so that patches on the bar do not count; 0 without any profile.
     """
     reach = _reach(blur_px)
-    plateau, behind = (reach, reach + PLATEAU_PX), (reach + PLATEAU_PX, reach + PLATEAU_PX + DEEPER_PX)
+    plateau, behind = (reach, reach + PLATEAU_PX), (reach + PLATEAU_PX, reach + PLATEAU_PX + DEEPER_PLATEAU_PX)
     deeper = _levels(profile, *_grid(offsets_px), crossings.place_px, 1, *behind)
     further = _levels(profile, *_grid(offsets_px), crossings.place_px, -1, *behind)
     root, deeper_root = _mean_root(plateau), _mean_root(behind)
@@ -111,7 +117,7 @@ def edge_shading(profile: Array, offsets_px: Array, crossings: Crossings, blur_p
     with np.errstate(divide="ignore", invalid="ignore"):
         k = rise / (crossings.bright - crossings.dark) / (deeper_root - root)
     found = k[np.isfinite(k)]
-    return float(np.median(found) * (root - 0.822 * np.sqrt(blur_px))) if found.size else 0.0
+    return float(np.median(found) * (root - SHADED_BLUR_ROOT * np.sqrt(blur_px))) if found.size else 0.0
 
 
 def edge_blur_px(profile: Array, offsets_px: Array, place_px: Array) -> float:
@@ -122,7 +128,7 @@ def edge_blur_px(profile: Array, offsets_px: Array, place_px: Array) -> float:
     profile : ndarray of float64, shape (n, m)
         Light, from dark to bright.
     offsets_px : ndarray of float64, shape (m,)
-        Places.
+        Offsets of the samples along a profile, evenly spaced, increasing.
     place_px : ndarray of float64, shape (n,)
         Crossings; NaN where there is none.
 
@@ -149,7 +155,7 @@ def even_profiles(profile: Array, offsets_px: Array, crossings: Crossings, blur_
     profile : ndarray of float64, shape (n, m)
         Light, from dark to bright.
     offsets_px : ndarray of float64, shape (m,)
-        Places.
+        Offsets of the samples along a profile, evenly spaced, increasing.
     crossings : Crossings
     blur_px : float
         Standard deviation of the edge's blur.
@@ -180,7 +186,7 @@ def fitted_edges(
     profile : ndarray of float64, shape (n, m)
         Light, from dark to bright.
     offsets_px : ndarray of float64, shape (m,)
-        Places.
+        Offsets of the samples along a profile, evenly spaced, increasing.
     crossings : Crossings
         First guess.
     even : ndarray of int
@@ -198,18 +204,18 @@ def fitted_edges(
         Share of the profiles that cross a patch.
     """
     shape = _shape(profile, offsets_px, crossings, even)
-    outwards, inwards = (min(SHAPE_PX - 1.0, sigmas * blur_px) for sigmas in FLANK_SIGMAS)
+    outwards, inwards = (min(SHAPE_HALF_LENGTH_PX - 1.0, sigmas * blur_px) for sigmas in FLANK_SIGMAS)
     levels = crossings.place_px, crossings.dark, crossings.bright
     place, step, misfit = _fit(profile, *_grid(offsets_px), *levels, shape, outwards, inwards)
     found = np.isfinite(misfit)
     if found.any():
-        place[misfit > max(MISFIT, MISFITS * float(np.median(misfit[found])))] = np.nan
+        place[misfit > max(MISFIT_SHARE, MISFIT_FACTOR * float(np.median(misfit[found])))] = np.nan
     off = _unevenness(profile, offsets_px, place, crossings.dark, step, blur_px)
     found = np.isfinite(off)
     uneven_share = 0.0
     if found.any():
-        quiet, enough = np.quantile(off[found], [QUIET, LEAST_EVEN])
-        most = float(np.clip(NOISES * quiet, EVEN, UNEVEN))
+        quiet, enough = np.quantile(off[found], [QUIET_SHARE, LEAST_KEPT_SHARE])
+        most = float(np.clip(NOISE_FACTOR * quiet, LEAST_UNEVENNESS, MOST_UNEVENNESS))
         uneven_share = float(np.mean(off[found] > most))
         place[~(off <= max(most, enough))] = np.nan
     moved = (place - crossings.place_px)[even]
@@ -218,19 +224,19 @@ def fitted_edges(
 
 def _shape(profile: Array, offsets_px: Array, crossings: Crossings, even: NDArray[np.intp]) -> Array:
     """Median light around the crossing, from 0 on the dark plateau to 1 at the bar's limb."""
-    places = np.arange(-SHAPE_PX, SHAPE_PX + SHAPE_STEP_PX / 2, SHAPE_STEP_PX)
+    places = np.arange(-SHAPE_HALF_LENGTH_PX, SHAPE_HALF_LENGTH_PX + SHAPE_STEP_PX / 2, SHAPE_STEP_PX)
     around = _around(profile[even], *_grid(offsets_px), crossings.place_px[even], places)
     step = crossings.bright[even, None] - crossings.dark[even, None]
     return np.median((around - crossings.dark[even, None]) / step, axis=0)
 
 
 def _unevenness(profile: Array, offsets_px: Array, place: Array, dark: Array, step: Array, blur_px: float) -> Array:
-    """How far the light behind each edge is from that at the edge, over the step: more than noise at a patch.
+    """Difference of the light behind each edge from the usual light there, over the step; large at a patch of scale.
 
-    What all profiles share, as a bar's limb darkening, does not count.
+    The median over all profiles is the usual light, so that limb darkening, which all profiles share, is no patch.
     """
     reach = _reach(blur_px)
-    spans = (reach, reach + PLATEAU_PX), (reach + PLATEAU_PX, reach + PLATEAU_PX + DEEPER_PX)
+    spans = (reach, reach + PLATEAU_PX), (reach + PLATEAU_PX, reach + PLATEAU_PX + DEEPER_PLATEAU_PX)
     behind, deeper = ((_levels(profile, *_grid(offsets_px), place, 1, *span) - dark) / step for span in spans)
     usual = np.nanmedian(behind) if np.isfinite(behind).any() else 1.0
     return np.maximum(np.abs(behind - usual), np.abs(deeper - behind))
@@ -245,14 +251,15 @@ def _grid(offsets_px: Array) -> tuple[float, float]:
 
 
 def _mean_root(span: tuple[float, float]) -> float:
-    """Mean square root of the numbers between two."""
+    """Mean of sqrt(d) over the depths d of a span."""
     return (span[1] ** 1.5 - span[0] ** 1.5) / (1.5 * (span[1] - span[0]))
 
 
 def _outermost(profile: Array, offsets_px: Array, reach: float) -> Array:
-    """First place from the dark side that is clearly brighter than the background, far enough from both ends.
+    """Offset of the first sample from the dark side that is clearly brighter than the background.
 
-    A dark patch on the bar has edges of its own, often steeper ones; the bar's edge is the first.
+    A dark patch on the bar has edges of its own, often steeper ones; the bar's edge is the first. Samples too near an
+    end of the profile for a plateau are left out.
     """
     inner = np.abs(offsets_px) <= offsets_px[-1] - reach - 1
     whole = profile[np.isfinite(profile).all(axis=1)]
@@ -260,7 +267,7 @@ def _outermost(profile: Array, offsets_px: Array, reach: float) -> Array:
         return np.full(len(profile), np.nan)
     dark = np.median(whole[:, offsets_px < offsets_px[inner][0]])
     bright = np.median(whole[:, offsets_px > offsets_px[inner][-1]])
-    above = profile[:, inner] > dark + CLEARLY * (bright - dark)
+    above = profile[:, inner] > dark + CLEAR_RISE_SHARE * (bright - dark)
     return offsets_px[inner][np.argmax(above, axis=1)]
 
 
@@ -346,7 +353,7 @@ def _fit(profile, first, step, start, dark, bright, shape, outwards, inwards):
             end = min(samples - 1, int(np.floor((at + inwards - first) / step)))
             tt, ts, ss, tr, sr, rr = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
             for j in range(begin, end + 1):
-                where = (first + j * step - at + SHAPE_PX) / SHAPE_STEP_PX
+                where = (first + j * step - at + SHAPE_HALF_LENGTH_PX) / SHAPE_STEP_PX
                 k = min(max(int(where), 0), last - 1)
                 slope = shape[k + 1] - shape[k]
                 t = shape[k] + (where - k) * slope
@@ -368,7 +375,7 @@ def _fit(profile, first, step, start, dark, bright, shape, outwards, inwards):
             a += (ss * tr - ts * sr) / determinant
             if abs(shift) < 1e-4:
                 break
-            if not (abs(at - start[i]) < MOVED_PX):
+            if not (abs(at - start[i]) < MOST_SHIFT_PX):
                 misfit = np.nan
                 break
         if not np.isnan(misfit):

@@ -1,14 +1,14 @@
-"""From bands of edge strength to lines: which way an edge faces, and the ridge of its strength."""
+"""Thinning of edge strength: the direction across an edge, and the ridge of its strength."""
 
 import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-NORMAL_RADIUS_PX = 4  # of the triangle that strengths are smoothed with before they tell a direction
-NORMAL_REACH_PX = NORMAL_RADIUS_PX + 1  # how far around a pixel strengths change its direction
-RIDGE_RADIUS_PX = 2
-TOLERANCE = np.float32(1.01)  # a ridge may be this much weaker than its neighbour: on plateaus both stay
+NORMAL_RADIUS_PX = 4  # chosen, as in Dollar and Zitnick's code: radius of the triangle that smooths before directions
+NORMAL_REACH_PX = NORMAL_RADIUS_PX + 1  # pixels further away do not change a direction
+RIDGE_RADIUS_PX = 2  # chosen: a ridge is compared with strengths up to 2 pixels away across it
+PLATEAU_TOLERANCE = np.float32(1.01)  # chosen: up to 1 % weaker than a neighbour still counts, so plateaus stay
 
 Floats = NDArray[np.float32]
 
@@ -62,7 +62,7 @@ def ridges(strength: Floats, normal_rad: Floats, radius_px: int = RIDGE_RADIUS_P
     normal_rad : ndarray of float32, shape (rows, columns)
         Direction across the edge, from x towards y.
     radius_px : int
-        Up to how many pixels away.
+        Distance up to which strengths across the edge are compared, pixels.
 
     Returns
     -------
@@ -85,7 +85,7 @@ def _ridges(strength: Floats, normal_rad: Floats, radius_px: int) -> Floats:
             for step in range(1, radius_px + 1):
                 for side in (-step, step):
                     highest = max(highest, _between(strength, row + side * down, column + side * across))
-            if here * TOLERANCE >= highest:
+            if here * PLATEAU_TOLERANCE >= highest:
                 kept[row, column] = here
     return kept
 

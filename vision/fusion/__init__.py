@@ -1,1 +1,1 @@
-"""One picture out of two aligned views: by Fourier transform, wavelets, a pyramid or plainly, and how good it is."""
+"""Fusion of two aligned views by Fourier transform, wavelets, a pyramid or pixel by pixel; its figures of merit."""

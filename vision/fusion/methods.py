@@ -1,4 +1,18 @@
-"""One picture out of two by one of `METHODS`."""
+"""Fusion of two aligned pictures by one of `METHODS`.
+
+Examples
+--------
+Where one view is dark, the maximum shows the other view:
+
+>>> import numpy as np
+>>> from vision.fusion.methods import fuse
+>>> left = np.array([[10, 200], [10, 200]], np.uint8)
+>>> right = np.array([[90, 90], [90, 90]], np.uint8)
+>>> fuse(left, right, "maximum").tolist()
+[[90, 200], [90, 200]]
+>>> fuse(left, right, "average").tolist()
+[[50, 145], [50, 145]]
+"""
 
 from concurrent.futures import Executor
 from typing import Any, Literal, TypeVar, cast, get_args
@@ -44,7 +58,7 @@ def fuse(
     scales : Scales
         For wavelets and the pyramid; the others have none.
     executor : Executor, optional
-        Two threads for what two threads can do.
+        With at least two threads; transforms both views in parallel.
 
     Returns
     -------
@@ -63,7 +77,7 @@ def fuse(
     _check_picture("left", left)
     _check_picture("right", right)
     if left.shape != right.shape or left.dtype != right.dtype:
-        raise ValueError(f"right: {_told(right)}, but left is {_told(left)}; both must be alike")
+        raise ValueError(f"right: {_described(right)}, but left is {_described(left)}; both must be alike")
     fused = _fused(_planes(left), _planes(right), method, scales, executor)
     return _like(left, fused)
 
@@ -90,7 +104,7 @@ def _check_picture(name: str, picture: NDArray[Any]) -> None:
         raise ValueError(f"{name}: holds values that are not finite; fill them before fusing")
 
 
-def _told(picture: NDArray[Any]) -> str:
+def _described(picture: NDArray[Any]) -> str:
     return f"{picture.dtype} of shape {picture.shape}"
 
 

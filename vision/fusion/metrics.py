@@ -1,7 +1,7 @@
-"""The source's seven figures of merit of a fused picture (dissertation, section 5.1.3), none of which needs a true one.
+"""The dissertation's seven figures of merit of a fused picture (section 5.1.3), none of which needs a true one.
 
-Three of them the source only names: each definition here says what was chosen. A figure of merit of a picture is not
-yet one of a measurement.
+The dissertation only names three of them: each definition here says what was chosen. A better figure of merit does not
+make a better measurement (docs/methods/fusion.md).
 """
 
 from collections.abc import Callable
@@ -64,10 +64,20 @@ def feature_mutual_information(fused: Picture, left: Picture, right: Picture) ->
     """FMI, eq. 5.6, normalised: I(A, F) / (H_A + H_F) + I(B, F) / (H_B + H_F).
 
     The features are magnitudes of Sobel's gradient, rounded to 256 steps of their largest possible value; I and H are
-    those of their joint and single histograms. The source's equation lacks the denominators, but its values lie below
-    1; they are those of Haghighat et al. 2011 (https://doi.org/10.1016/j.compeleceng.2011.07.012), whose joint
+    those of their joint and single histograms. The dissertation's equation lacks the denominators, but its values lie
+    below 1; they are those of Haghighat et al. 2011 (https://doi.org/10.1016/j.compeleceng.2011.07.012), whose joint
     distributions are of another kind, so values compare within one table only. Range 0 (nothing in common) to 1 (F, A
     and B have the same features); larger is better. Two pictures without any gradient have all in common: 1/2.
+
+    Parameters
+    ----------
+    fused, left, right : ndarray of uint8, shape (rows, columns)
+        Grey.
+
+    Raises
+    ------
+    ValueError
+        A picture is no grey uint8 picture, or their shapes differ.
     """
     _check_alike(fused, left, right)
     feature = [_gradient_steps(picture) for picture in (fused, left, right)]
@@ -78,9 +88,19 @@ def sum_of_correlations_of_differences(fused: Picture, left: Picture, right: Pic
     """SCD, eq. 5.7: r(F - S2, S1) + r(F - S1, S2), r the correlation over all pixels.
 
     What F has beyond one view should look like the other (Aslantas and Bendes 2015,
-    https://doi.org/10.1016/j.aeue.2015.09.004; the source pairs each view with its own difference, which cannot give
-    its positive values). Range -2 to 2; larger is better. A difference or a view without any contrast correlates with
-    nothing: 0.
+    https://doi.org/10.1016/j.aeue.2015.09.004; the dissertation pairs each view with its own difference, which cannot
+    give its positive values). Range -2 to 2; larger is better. A difference or a view without any contrast correlates
+    with nothing: 0.
+
+    Parameters
+    ----------
+    fused, left, right : ndarray of uint8, shape (rows, columns)
+        Grey.
+
+    Raises
+    ------
+    ValueError
+        A picture is no grey uint8 picture, or their shapes differ.
     """
     _check_alike(fused, left, right)
     F, first, second = (picture.astype(np.float64) for picture in (fused, left, right))
@@ -88,9 +108,19 @@ def sum_of_correlations_of_differences(fused: Picture, left: Picture, right: Pic
 
 
 def edge_dissimilarity(fused: Picture, left: Picture, right: Picture) -> float:
-    """N_ESSIM, eq. 5.9 without its factor of 1000, which the source's values do not have either.
+    """N_ESSIM, eq. 5.9 without its factor of 1000, which the dissertation's values do not have either.
 
     1 - (ESSIM(S1, F) + ESSIM(S2, F)) / 2; see `essim`. Range 0 (all alike) to 2; SMALLER is better.
+
+    Parameters
+    ----------
+    fused, left, right : ndarray of uint8, shape (rows, columns)
+        Grey.
+
+    Raises
+    ------
+    ValueError
+        A picture is no grey uint8 picture, or their shapes differ.
     """
     _check_alike(fused, left, right)
     return 1.0 - 0.5 * (essim(left, fused) + essim(right, fused))
@@ -105,6 +135,16 @@ def essim(first: Picture, second: Picture) -> float:
     gradient's magnitude, divided by the number of pixels, e = (cov(E1, E2) + C3) / (sd(E1) sd(E2) + C3). Blocks at the
     right and lower border that are not whole are left out, but a picture smaller than a block is one block. Range -1
     to 1; 1 for equal pictures.
+
+    Parameters
+    ----------
+    first, second : ndarray of uint8, shape (rows, columns)
+        Grey.
+
+    Raises
+    ------
+    ValueError
+        A picture is no grey uint8 picture, or their shapes differ.
     """
     _check_alike(first, second)
     block = min(BLOCK_PX, first.shape[0]), min(BLOCK_PX, first.shape[1])
@@ -128,7 +168,7 @@ class Metric:
     Attributes
     ----------
     symbol : str
-        As in the source's table 5.1.
+        As in the dissertation's table 5.1.
     text : str
     larger_is_better : bool
     of_one : callable or None
@@ -144,7 +184,13 @@ class Metric:
     of_fused: Callable[[Picture, Picture, Picture], float] | None = None
 
     def measure(self, fused: Picture, left: Picture, right: Picture) -> float:
-        """Value of a fused picture."""
+        """Value of a fused picture.
+
+        Parameters
+        ----------
+        fused, left, right : ndarray of uint8, shape (rows, columns)
+            Grey.
+        """
         if self.of_fused is not None:
             return self.of_fused(fused, left, right)
         assert self.of_one is not None  # noqa: S101  a row has one of both

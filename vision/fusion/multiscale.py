@@ -1,4 +1,4 @@
-"""Fusion scale by scale: details by rule, what is left of the picture averaged or by rule."""
+"""Fusion scale by scale: details by a rule, the smallest picture averaged or by the same rule."""
 
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -31,7 +31,7 @@ class Scales:
     rule : {"larger", "weighted"}
         For details; see `fuse_coefficients`.
     approximation : {"average", "larger"}
-        For the smallest picture, which is left over.
+        For the smallest picture, below the last level of details.
 
     Raises
     ------
@@ -52,7 +52,13 @@ class Scales:
             raise ValueError(f"approximation: {self.approximation!r} is none of {', '.join(APPROXIMATIONS)}")
 
     def fuse_approximation(self, first: Planes, second: Planes) -> None:
-        """Fuse the smallest pictures into the first one."""
+        """Fuse the smallest pictures of both views into the first one.
+
+        Parameters
+        ----------
+        first, second : ndarray of float32, same shape
+            `first` becomes the fused one.
+        """
         if self.approximation == "average":
             first += second
             first *= 0.5

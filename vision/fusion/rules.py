@@ -1,4 +1,4 @@
-"""Which of two coefficients the fused picture gets."""
+"""Rules by which two coefficients become the fused picture's one."""
 
 from typing import Any, Literal
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-PAIRS = 80  # lines through two points that are tried
+TRIED_PAIRS = 80  # chosen: lines through two of the points that are tried
 
 
 def consensus_line(y: Array, x: Array, tolerance: float) -> tuple[Array, NDArray[np.bool_]]:
@@ -17,7 +17,7 @@ def consensus_line(y: Array, x: Array, tolerance: float) -> tuple[Array, NDArray
     ----------
     y, x : ndarray of float64, shape (n,)
     tolerance : float
-        How far from the line a point still agrees.
+        Largest distance from the line, in x, at which a point agrees.
 
     Returns
     -------
@@ -41,7 +41,7 @@ def _best_pair(y, x, tolerance):
     """Line through the pair of points with which most points agree; the pairs are the same for the same points."""
     count, best = y.shape[0], -1
     line = np.full(2, np.nan)
-    for trial in range(PAIRS):
+    for trial in range(TRIED_PAIRS):
         first = (trial * 7919) % max(count, 1)
         second = (first + count // 4 + (trial * 104729) % max(count // 2, 1)) % max(count, 1)
         if count < 2 or y[first] == y[second]:

@@ -8,7 +8,7 @@ from vision.geometry.robust_constants import BIWEIGHT_TUNING, SIGMA_PER_MAD
 
 Array = NDArray[np.float64]
 
-ROUNDS = 6
+REWEIGHTINGS = 6  # chosen: rounds of reweighted least squares
 
 
 def robust_line(row: Array, column: Array) -> Array:
@@ -33,7 +33,7 @@ def _fitted(row, column):  # type: ignore[no-untyped-def]
     rise = np.median(row[-third:]) - np.median(row[:third])
     slope = (np.median(column[-third:]) - np.median(column[:third])) / rise
     start = np.median(column - slope * row)
-    for _ in range(ROUNDS):
+    for _ in range(REWEIGHTINGS):
         residual = column - (slope * row + start)
         scale = BIWEIGHT_TUNING * max(SIGMA_PER_MAD * np.median(np.abs(residual)), 1e-9)
         ratio = np.minimum(np.abs(residual / scale), 1.0)

@@ -1,9 +1,9 @@
-"""The measuring region as both routes' rows want it: undistorted, mapped to a plane, turned.
+"""The measuring region, resampled: undistorted, mapped to the measuring plane, its rows across the bar.
 
 Bars run obliquely through real pictures, and eq. 3.14, which compares two points of one row, is a diameter only where
 rows cross the bar at a right angle. A turned region is therefore sampled on the horizontal plane
-z = `PLANE_HEIGHT_MM` with rows along the bar's section and columns along its axis. `picture_region` is the source's
-own way, rows of the undistorted picture, kept to show what the turn is worth.
+z = `PLANE_HEIGHT_MM` with rows along the bar's section and columns along its axis. `picture_region` has the
+dissertation's rows, those of the undistorted picture, to show what the turn is worth (docs/studies/virtual_board.json).
 """
 
 from collections import OrderedDict
@@ -21,9 +21,9 @@ Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 Maps = tuple[NDArray[np.int16], NDArray[np.uint16]]
 
-TURN_STEP = 0.0025  # rad; half a step turns a width of 300 mm by less than 0.001 mm
-COLUMN_BLOCK = 64  # columns are asked for in whole blocks, so that a bar that moves a little finds its map again
-KEPT_MAPS = 4
+TURN_STEP_RAD = 0.0025  # half a step turns a width of 300 mm by less than 0.001 mm
+BLOCK_COLUMNS = 64  # columns come in whole blocks, so that the map of a bar that has moved a little is used again
+KEPT_MAPS = 4  # maps kept per camera
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -127,15 +127,20 @@ class RegionSampler:
         slope : float
             dx/dy of the bar.
         across_mm : tuple of float
-            What the region must hold across the bar, measured from the line along the bar through the origin.
+            Least and greatest distance across the bar that the region covers, from the line along the bar through the
+            origin.
+
+        Returns
+        -------
+        Region
         """
-        turn = round(np.arctan(slope) / TURN_STEP)
-        block_mm = COLUMN_BLOCK * self._step_mm
+        turn = round(np.arctan(slope) / TURN_STEP_RAD)
+        block_mm = BLOCK_COLUMNS * self._step_mm
         first, last = int(np.floor(across_mm[0] / block_mm)), int(np.ceil(across_mm[1] / block_mm))
-        to_world = self._to_world(turn * TURN_STEP, first * block_mm)
+        to_world = self._to_world(turn * TURN_STEP_RAD, first * block_mm)
         R, t = self._camera.R, self._camera.t
         to_ideal = np.column_stack([R[:, 0], R[:, 1], R[:, 2] * PLANE_HEIGHT_MM + t]) @ to_world
-        columns = (max(last, first + 1) - first) * COLUMN_BLOCK
+        columns = (max(last, first + 1) - first) * BLOCK_COLUMNS
         maps = self._map((turn, first, columns), to_ideal)
         return Region(
             _remapped(image, maps),
@@ -169,6 +174,10 @@ def picture_region(camera: Camera, image: Picture, region_y_mm: tuple[float, flo
     image : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
     region_y_mm : tuple of float
         Measuring region along the rolling direction, as seen at x = 0 on the plane.
+
+    Returns
+    -------
+    Region
     """
     ends = np.array([[0.0, y_mm, PLANE_HEIGHT_MM] for y_mm in region_y_mm])
     width, height = camera.image_size
@@ -187,6 +196,10 @@ def whole_picture(camera: Camera, image: Picture) -> Region:
     ----------
     camera : Camera
     image : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+
+    Returns
+    -------
+    Region
     """
     to_ideal = np.asarray(np.linalg.inv(camera.K), dtype=np.float64)
     maps = fixed_point_map(camera, to_ideal, image.shape[:2], farthest_ideal_radius(camera))
@@ -212,7 +225,7 @@ def resampled_region(picture: Picture, region: Region) -> Region:
 
 
 def fixed_point_map(camera: Camera, to_ideal: Array, shape: tuple[int, int], radius: float) -> Maps:
-    """Where each pixel of a region lies in the raw picture, as `cv2.remap` takes it fastest.
+    """Place of each pixel of a region in the raw picture, in the fixed-point form of `cv2.remap`.
 
     Parameters
     ----------

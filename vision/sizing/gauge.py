@@ -1,4 +1,19 @@
-"""The gauge: the bar's diameter by both routes, each judged by the other."""
+"""The gauge: the bar's diameter by tangent planes (route T), judged by virtual boards (route V).
+
+Examples
+--------
+`Gauge(rig).measure(left, right)` returns a `SizeReading`. Its value stays when route V contradicts it beyond both
+uncertainties, sqrt(U_T^2 + U_V^2), but the trust in it is limited:
+
+>>> from vision.readings import SizeReading
+>>> from vision.sizing.gauge import judged
+>>> from vision.sizing.virtual_board.reading import VirtualBoardReading
+>>> tangent = SizeReading(diameter_mm=120.00, expanded_uncertainty_mm=0.06)
+>>> virtual_board = VirtualBoardReading(diameter_mm=120.30, u_edge_mm=0.02, u_board_mm=0.03, u_model_mm=0.02)
+>>> reading = judged(tangent, virtual_board)
+>>> reading.diameter_mm, reading.reasons.names, reading.trust_limit
+(120.0, ['routes_disagree'], 50.0)
+"""
 
 import math
 from concurrent.futures import ThreadPoolExecutor
@@ -16,8 +31,9 @@ from vision.sizing.virtual_board.reading import VirtualBoardReading
 
 Image = NDArray[np.uint8]
 
-MOVED_PX = 0.3  # of the still marks: the camera has moved, and its calibration is due
-LOST_PX = 4.0  # so far that its calibration says nothing any more
+# Chosen: a camera whose still marks have moved by more than 0.3 px needs a new calibration; beyond 4 px no value is
+# served.
+CALIBRATION_DUE_PX, CAMERA_MOVED_PX = 0.3, 4.0
 
 
 class Gauge:
@@ -73,7 +89,7 @@ class Gauge:
         return replace(reading, reasons=reading.reasons | moved)
 
     def _moved_px(self, left: Image, right: Image) -> tuple[float, float]:
-        """How far each camera's still marks have moved."""
+        """Distance that each camera's still marks (fixed background points) have moved, px."""
         marks = self._rig.marks
         beside = self._beside.submit(marks[0].moved_px, left)
         right_px = marks[1].moved_px(right)
@@ -81,16 +97,27 @@ class Gauge:
 
 
 def _reasons_of_move(moved_px: float) -> Reason:
-    if moved_px > LOST_PX:
+    if moved_px > CAMERA_MOVED_PX:
         return Reason.CAMERA_MOVED
-    return Reason.CALIBRATION_DUE if moved_px > MOVED_PX else Reason.NONE
+    return Reason.CALIBRATION_DUE if moved_px > CALIBRATION_DUE_PX else Reason.NONE
 
 
 def judged(tangent: SizeReading, virtual_board: VirtualBoardReading) -> SizeReading:
-    """Route T's reading with what route V says of it.
+    """Route T's reading with route V's values and verdict.
 
-    |D_T - D_V| > sqrt(U_T^2 + U_V^2) raises `routes_disagree`, which halves the trust at least. A route that has no
-    value judges nothing.
+    |D_T - D_V| > sqrt(U_T^2 + U_V^2) raises `routes_disagree`, which limits the trust to 50 %. A route without a value
+    raises nothing.
+
+    Parameters
+    ----------
+    tangent : SizeReading
+        Route T's.
+    virtual_board : VirtualBoardReading
+        Route V's of the same pair.
+
+    Returns
+    -------
+    SizeReading
     """
     allowed_mm = math.hypot(tangent.expanded_uncertainty_mm, virtual_board.expanded_uncertainty_mm)
     apart = abs(tangent.diameter_mm - virtual_board.diameter_mm) > allowed_mm  # false without one of the values

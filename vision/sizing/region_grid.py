@@ -1,9 +1,9 @@
-"""The measuring region seen from above, and the hot bar in it, roughly.
+"""The measuring region seen from above, and the rough outline of the hot bar in it.
 
 Each view is sampled on a grid on a horizontal plane: rows run across the line, columns along it, so that a bar
 stands nearly upright in it however obliquely it crosses the picture. A limb is then a long, nearly upright step of
-light: every row votes for the lines that run through its steps, so what covers or lights only a part of the bar
-(oxide, rollers, glare, a post) is outvoted. The grid only says where the limbs are to within a few pixels; edges are
+light: every row votes for the lines that run through its steps, so that oxide, rollers, glare or a post, which cover
+only a part of the bar, are outvoted. The grid gives the limbs (edges of the bar) to within a few pixels; edges are
 located on raw pixels afterwards.
 """
 
@@ -20,24 +20,24 @@ from vision.geometry.measuring_plane import PLANE_HEIGHT_MM, farthest_ideal_radi
 Array = NDArray[np.float64]
 Plane = NDArray[np.float32]
 
-ROW_STEP_MM = 10.0
-COLUMN_STEP_PX = 2.0
-REACH_MM = 1500.0  # across the line, either side
-LEAST_SEEN = 0.6  # share of its rows that a column of the grid must have in the picture
-SLOPES = np.linspace(-0.06, 0.06, 25)  # dx/dy of a limb: bars lie along the line to within 3 degrees
-WIDTH_MM = (40.0, 700.0)  # of the bar on the plane: narrower bright stripes are sparks, rails, reflections
-SLOPES_DIFFER = 0.06  # at most, those of the two limbs of one bar: a short bar leaves them vague
-FLOOR = 0.06  # of full scale, in light: a bar that glows is brighter than that
-CONTRAST = 2.0  # a bar is that many times brighter than the rest
-STEP_CLIPPED = 0.4  # of the bar's light: a larger step is no better evidence of a limb
-LEAST_VOTE = 0.3  # of a full vote, for a line to be a limb
-LEAST_HOT = 0.3  # share of what lies between two limbs of a bar that is hot: half a bar, seen obliquely
-APART_MM = 15.0  # two limbs on the same side are further apart
+ROW_STEP_MM = 10.0  # chosen: distance of the grid's rows along the line
+COLUMN_STEP_PX = 2.0  # chosen: distance of the grid's columns, in pixels at the measuring plane
+REACH_ACROSS_MM = 1500.0  # chosen: the grid reaches this far to either side across the line
+LEAST_SEEN_SHARE = 0.6  # chosen: a column belongs to the grid if the picture shows 60 % of its rows
+SLOPES = np.linspace(-0.06, 0.06, 25)  # dx/dy of a limb: bars lie along the line to within 3.4 degrees
+WIDTH_RANGE_MM = (40.0, 700.0)  # chosen: width of a bar on the plane; narrower bright stripes are sparks, reflections
+MOST_SLOPE_DIFFERENCE = 0.06  # chosen: between the two limbs of one bar, whose slopes a short bar leaves vague
+FLOOR_LIGHT = 0.06  # chosen: pixels with less than 6 % of full-scale light are not hot
+LEAST_CONTRAST = 2.0  # chosen: the median hot pixel has at least twice the light of the median other one
+FULL_STEP_SHARE = 0.4  # chosen: a step of 40 % of the bar's light is a row's full vote; larger steps add nothing
+LEAST_VOTE = 0.3  # chosen: a line with 30 % of the full vote is a limb
+LEAST_HOT_SHARE = 0.3  # chosen: between two limbs of one bar at least 30 % is hot: half a bar, seen obliquely
+LEAST_DISTANCE_MM = 15.0  # chosen: two limbs on the same side of bars are further apart
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Outline:
-    """Where a bar is, roughly: its limbs as lines x(y) on the grid's plane.
+    """Rough outline of a bar: its limbs as lines x(y) on the measuring plane.
 
     Attributes
     ----------
@@ -75,11 +75,11 @@ class RegionGrid:
         rows = max(2, round((region_y_mm[1] - region_y_mm[0]) / ROW_STEP_MM) + 1)
         self.y_mm = np.linspace(*region_y_mm, rows)
         self.column_step_mm = COLUMN_STEP_PX * pixel_size_mm(camera)
-        x_mm = np.arange(-REACH_MM, REACH_MM, self.column_step_mm)
+        x_mm = np.arange(-REACH_ACROSS_MM, REACH_ACROSS_MM, self.column_step_mm)
         pixel = _project_plane(camera, x_mm, self.y_mm)
         width, height = camera.image_size
         inside = np.all((pixel >= 0) & (pixel <= [width - 1, height - 1]), axis=2)
-        seen = np.flatnonzero(inside.mean(axis=0) > LEAST_SEEN)
+        seen = np.flatnonzero(inside.mean(axis=0) > LEAST_SEEN_SHARE)
         if seen.size < 2:
             raise ValueError("the camera does not see the measuring region: is it the right rig?")
         columns = slice(seen[0], seen[-1] + 1)
@@ -112,8 +112,8 @@ class RegionGrid:
         light = decode[grid]
         step = np.zeros_like(light)
         step[:, 1:-1] = (light[:, 2:] - light[:, :-2]) / np.median(light[hot > 0])
-        lefts = self._lines(np.clip(step, 0.0, STEP_CLIPPED))
-        rights = self._lines(np.clip(-step, 0.0, STEP_CLIPPED))
+        lefts = self._lines(np.clip(step, 0.0, FULL_STEP_SHARE))
+        rights = self._lines(np.clip(-step, 0.0, FULL_STEP_SHARE))
         return self._pairs(lefts, rights, self._along_slopes(hot.astype(np.float32)))
 
     def _along_slopes(self, values: Plane) -> Array:
@@ -121,10 +121,10 @@ class RegionGrid:
         return _sheared_means(values, SLOPES * ROW_STEP_MM / self.column_step_mm, -self.y_mm[0] / ROW_STEP_MM)
 
     def _lines(self, step: Plane) -> list[_Line]:
-        """Lines that enough rows vote for, each the best within `APART_MM`."""
-        votes = self._along_slopes(step) / STEP_CLIPPED
+        """Lines that enough rows vote for, each the best within `LEAST_DISTANCE_MM`."""
+        votes = self._along_slopes(step) / FULL_STEP_SHARE
         best = votes.max(axis=0)
-        apart = 2 * round(APART_MM / self.column_step_mm) + 1
+        apart = 2 * round(LEAST_DISTANCE_MM / self.column_step_mm) + 1
         peak = cv2.dilate(best[None, :], np.ones((1, apart), np.uint8))[0]
         columns = np.flatnonzero((best >= peak) & (best >= LEAST_VOTE))
         return [_Line(int(votes[:, column].argmax()), int(column), float(best[column])) for column in columns]
@@ -137,7 +137,7 @@ class RegionGrid:
                 (share + left.vote + right.vote, left, right)
                 for left in lefts
                 for right in rights
-                if (share := self._hot_share(left, right, filled)) >= LEAST_HOT
+                if (share := self._hot_share(left, right, filled)) >= LEAST_HOT_SHARE
             ),
             key=lambda one: -one[0],
         )
@@ -152,8 +152,8 @@ class RegionGrid:
         """Share of what lies between two limbs that is hot; 0 for limbs that cannot be one bar's."""
         columns = right.column - left.column
         slopes = SLOPES[[left.slope_index, right.slope_index]]
-        width_fits = WIDTH_MM[0] <= columns * self.column_step_mm <= WIDTH_MM[1]
-        if not width_fits or abs(slopes[0] - slopes[1]) > SLOPES_DIFFER:
+        width_fits = WIDTH_RANGE_MM[0] <= columns * self.column_step_mm <= WIDTH_RANGE_MM[1]
+        if not width_fits or abs(slopes[0] - slopes[1]) > MOST_SLOPE_DIFFERENCE:
             return 0.0
         row = filled[(left.slope_index + right.slope_index) // 2]
         return float((row[right.column] - row[left.column]) / columns)
@@ -197,12 +197,12 @@ def _project_plane(camera: Camera, x_mm: Array, y_mm: Array) -> Array:
 
 
 def _hot(grid: NDArray[np.uint8], decode: NDArray[np.float32]) -> NDArray[np.uint8] | None:
-    """Mask of what is hot: over Otsu's level, over the floor and well brighter than the rest; None without any."""
+    """Mask of hot pixels: above Otsu's level and the floor, and clearly brighter than the rest; None without any."""
     level, _ = cv2.threshold(grid, 0, 1, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
-    mask = (grid > max(level, float(np.searchsorted(decode, FLOOR)))).astype(np.uint8)
+    mask = (grid > max(level, float(np.searchsorted(decode, FLOOR_LIGHT)))).astype(np.uint8)
     if not mask.any() or mask.all():
         return None
     light = decode[grid]
-    if np.median(light[mask == 1]) < CONTRAST * np.median(light[mask == 0]):
+    if np.median(light[mask == 1]) < LEAST_CONTRAST * np.median(light[mask == 0]):
         return None
     return mask

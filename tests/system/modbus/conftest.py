@@ -1,3 +1,5 @@
+"""A Modbus server that everybody may write to, and a connection to it."""
+
 from collections.abc import Iterator
 
 import pytest

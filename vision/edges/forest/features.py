@@ -1,4 +1,4 @@
-"""What the forest looks at: 7228 features of a 32 x 32 pixel patch, read from smoothed channels.
+"""Features of the structured forest: 7228 features of a 32 x 32 pixel patch, read from smoothed channels.
 
 A place (i, j) on the grid of cells (2 x 2 pixels) stands for the patch whose label mask covers the rows 2i to 2i + 15
 and the columns 2j to 2j + 15 of the picture; the patch itself reaches 8 pixels further on every side. Features, as in
@@ -55,7 +55,7 @@ def checked_image(image: Floats) -> Floats:
 def check_values(outside: int) -> None:
     """Raise ValueError if values outside 0 to 1 (or NaN) were met in the picture."""
     if outside:
-        raise ValueError(f"image has values outside 0 to 1, or NaN, in {outside} of the places looked at")
+        raise ValueError(f"image has values outside 0 to 1, or NaN, in {outside} of the places that were read")
 
 
 def smoothed_cells(image: Floats) -> Floats:
@@ -133,7 +133,7 @@ def sample(cells: Floats, places: Integers, feature_ids: Integers | None = None)
     places : ndarray of int, shape (patches, 2)
         (i, j) on the grid, 0 <= i < places_along(rows), 0 <= j < places_along(columns).
     feature_ids : ndarray of int, shape (features,), optional
-        Which features; all 7228 unless told.
+        Numbers of the features; all 7228 by default.
 
     Returns
     -------

@@ -32,7 +32,7 @@ REACH_CELLS = 15  # further from a patch nothing changes its features
 
 
 class EdgeDetector:
-    """A forest made ready to look at pictures.
+    """A structured forest, laid out for detecting edges in pictures.
 
     Strength is the share of voting trees that see an edge in a pixel, smoothed by [1 2 1] / 4 both ways and doubled: 1
     where all trees agree on a straight edge one pixel wide. It can reach 2 where they agree on a patch of edge pixels.
@@ -93,8 +93,7 @@ class EdgeDetector:
         Raises
         ------
         TypeError, ValueError
-            As `strength`, the values being looked at in the regions and around them; or a region is empty or
-            has a step.
+            As `strength`, for values in the regions and around them; or a region is empty or has a step.
         """
         image = checked_image(image)
         rectangles = [_rectangle(region, image) for region in regions]
@@ -136,14 +135,14 @@ class EdgeDetector:
         return outside
 
     def _memory_for(self, width: int, place_rows: int, colours: int) -> tuple[Rings, walk.Workspace]:
-        """Memory for such a part: what this thread used lately if it fits."""
+        """Memory for such a part: reused from this thread's earlier parts where it fits."""
         place_rows = 32 * -(-place_rows // 32)  # so that it fits the next part too, which has a few rows more or less
         stride = 32 * (-(-(width - 16) // 32)) + 16  # an odd number of cache lines: rows do not displace each other
         return self._memory.rings(width, colours), self._memory.workspace(stride, place_rows)
 
 
 class _Memory(threading.local):
-    """What one thread used lately: strips along both edges of a bar take turns and differ by a few columns."""
+    """Memory that one thread reuses: strips along both edges of a bar alternate and differ by a few columns."""
 
     def __init__(self):
         self.rings = lru_cache(maxsize=4)(new_rings)

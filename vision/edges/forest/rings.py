@@ -38,7 +38,15 @@ class Rings(NamedTuple):
 
 
 def new_rings(cells: int, colours: int) -> Rings:
-    """Empty rings for pictures of so many cells a row, in one (grey) or three colours."""
+    """Empty rings.
+
+    Parameters
+    ----------
+    cells : int
+        Cells a row of the padded picture.
+    colours : int
+        1 for grey pictures, 3 for coloured ones.
+    """
     columns = 2 * cells
     return Rings(
         luv=np.zeros((colours, RING, columns + 2), np.float32),

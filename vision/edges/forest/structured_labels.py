@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from vision.edges.forest.features import LABEL_PX
 
-PAIRS = 256  # drawn anew at each node
-SAMPLE = 256  # masks of a node from which the principal component, or the medoid, is found
-ROUNDS = 12  # of the power iteration
+PIXEL_PAIRS = 256  # drawn again at each node, as in the paper
+MOST_MASKS = 256  # masks of a node from which the principal component, or the medoid, is found
+POWER_ROUNDS = 12  # of the power iteration
 
 Masks = NDArray[np.uint8]
 
@@ -29,11 +29,11 @@ def same_segment(masks: Masks, rng: np.random.Generator) -> tuple[NDArray[np.flo
 
     Returns
     -------
-    z : ndarray of float32, shape (n, `PAIRS`)
-    pairs : ndarray of int64, shape (2, `PAIRS`)
+    z : ndarray of float32, shape (n, `PIXEL_PAIRS`)
+    pairs : ndarray of int64, shape (2, `PIXEL_PAIRS`)
         Places in a mask.
     """
-    pairs = rng.integers(masks.shape[1], size=(2, PAIRS))
+    pairs = rng.integers(masks.shape[1], size=(2, PIXEL_PAIRS))
     z = (masks[:, pairs[0]] == masks[:, pairs[1]]).astype(np.float32)
     z -= z.mean(axis=0)
     return z, pairs
@@ -52,10 +52,10 @@ def two_classes(masks: Masks, rng: np.random.Generator) -> NDArray[np.uint8]:
     ndarray of uint8, shape (n,)
         One class only if the drawn pairs cannot tell the masks apart.
     """
-    chosen = rng.choice(len(masks), SAMPLE, replace=False) if len(masks) > SAMPLE else np.arange(len(masks))
+    chosen = rng.choice(len(masks), MOST_MASKS, replace=False) if len(masks) > MOST_MASKS else np.arange(len(masks))
     z, pairs = same_segment(masks[chosen], rng)
-    direction = rng.standard_normal(PAIRS).astype(np.float32)
-    for _ in range(ROUNDS):
+    direction = rng.standard_normal(PIXEL_PAIRS).astype(np.float32)
+    for _ in range(POWER_ROUNDS):
         direction = (direction @ z.T) @ z
         length = np.linalg.norm(direction)
         if length < 1e-9:
@@ -65,8 +65,18 @@ def two_classes(masks: Masks, rng: np.random.Generator) -> NDArray[np.uint8]:
 
 
 def medoid(masks: Masks, rng: np.random.Generator) -> NDArray[np.uint8]:
-    """The mask that is nearest to the mean of them all, shape (256,)."""
-    chosen = masks if len(masks) <= SAMPLE else masks[rng.choice(len(masks), SAMPLE, replace=False)]
+    """The mask that is nearest to the mean of them all.
+
+    Parameters
+    ----------
+    masks : ndarray of uint8, shape (n, 256)
+    rng : numpy Generator
+
+    Returns
+    -------
+    ndarray of uint8, shape (256,)
+    """
+    chosen = masks if len(masks) <= MOST_MASKS else masks[rng.choice(len(masks), MOST_MASKS, replace=False)]
     z, _ = same_segment(chosen, rng)
     return chosen[np.argmin(np.einsum("ij,ij->i", z, z))]
 

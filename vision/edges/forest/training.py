@@ -23,7 +23,7 @@ GRADIENT_PLANE = 3  # magnitude at full scale, lightly smoothed
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Example:
-    """A picture and what people, or geometry, say of its segments.
+    """A picture and its true segments, by people or by geometry.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ def train_tree(
     Parameters
     ----------
     examples : iterable of Example
-        Taken one after the other; only their cells are kept.
+        Read one after the other; only their cells are kept.
     patches_per_example : int
         Half of them near edges as long as there are as many.
     growth : Growth
@@ -175,7 +175,18 @@ def _masks(segments: NDArray[np.integer], rows: NDArray[np.int64], columns: NDAr
 
 
 def forest_of(trees: Sequence[Tree], trees_evaluated: int) -> StructuredForest:
-    """A forest of grown trees, of which so many vote on a patch."""
+    """A forest of grown trees.
+
+    Parameters
+    ----------
+    trees : sequence of Tree
+    trees_evaluated : int
+        Trees that vote on one patch.
+
+    Returns
+    -------
+    StructuredForest
+    """
     starts = np.concatenate([[0], np.cumsum([len(tree.child) for tree in trees])])
     edges = [places for tree in trees for places in tree.edges]
     return StructuredForest(

@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 from vision.edges.forest.features import FEATURES, feature_offsets
 from vision.edges.forest.structured_labels import Masks, edge_pixels, medoid, two_classes
 
-LEAST_GAIN = 1e-10
+LEAST_GAIN = 1e-10  # of Gini impurity: a smaller gain is rounding, and the node becomes a leaf
 
 Floats = NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Patches:
-    """What a tree learns from: n patches of pictures whose channels lie one behind the other.
+    """Training set of a tree: n patches of pictures whose channels lie one behind the other.
 
     Attributes
     ----------

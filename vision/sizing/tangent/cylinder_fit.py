@@ -2,7 +2,8 @@
 
 A ray that grazes the bar is tangent to its cylinder: with axis point a, axis direction u, camera centre C and ray
 direction v, the signed distance of the two lines is d = (a - C) . (u x v) / |u x v|, and s d = R with s = -1 on the
-limb at smaller x and s = +1 on the other. Nothing else is assumed: no plane to guess, no silhouette to correct.
+limb at smaller x and s = +1 on the other (docs/methods/diameter.md). No plane of measurement is assumed, and the
+silhouette's bias (an edge is a tangent point, not the end of a diameter) does not arise.
 """
 
 from dataclasses import dataclass
@@ -16,11 +17,15 @@ from vision.geometry.robust_constants import BIWEIGHT_TUNING, SIGMA_PER_MAD
 
 Array = NDArray[np.float64]
 
-STEP_END = 1e-4  # mm, and mm per mm
-QUIET = 0.25  # share of a limb's points that surely lie on the bar's own edge
-LAG = 4  # points along a limb: further apart than the blur reaches
-NARROWING_STEPS, NARROWING, NARROWEST = 8, 0.7, 0.6  # of the spread, by each step and at the end
-LEAST_SCALE_PX = 0.02  # a lucky small scatter must not reject good points
+CONVERGED_STEP = 1e-4  # mm and mm per mm: the fit has converged when no parameter changes by more
+QUIET_SHARE = 0.25  # chosen: the quietest quarter of a limb's neighbouring points surely lies on the bar's own edge
+LAG_POINTS = 4  # chosen: points of a limb this far apart, 4 px, share no blur, so that their noise is independent
+# Chosen: the biweight's scale begins with the spread of all points (1.4826 MAD) and is multiplied by 0.7 in each of the
+# first 8 steps, down to 0.6 of that spread or the quietest neighbours' scatter, so that the fit settles on the bar's
+# edge.
+NARROWING_ROUNDS, NARROWING_FACTOR, NARROWEST_FACTOR = 8, 0.7, 0.6
+LEAST_SCALE_PX = 0.02  # chosen: least scale of the biweight; a chance scatter below it would reject good points
+LARGEST_CONDITION = 1e12  # of the scaled normal equations: beyond it the rays fix no cylinder
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -42,8 +47,8 @@ class EdgeRays:
     window : ndarray of int64, shape (n,)
         Strip along the bar; points of one limb and window may be correlated.
     inwards : ndarray of float64, shape (n,)
-        How many times as doubtful a residual is when it points inwards: a sliver of a dark patch along a limb moves its
-        edge inwards.
+        Factor on residuals that point inwards, 1 to 2: a sliver of a dark patch along a limb moves its edge inwards, so
+        such residuals get less weight.
     """
 
     origin_mm: Array
@@ -57,7 +62,7 @@ class EdgeRays:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CylinderFit:
-    """The cylinder and what its rays say of it.
+    """The fitted cylinder, its covariance and the residuals of its rays.
 
     Attributes
     ----------
@@ -185,10 +190,10 @@ def fit_cylinder(rays: EdgeRays, start: Array, rounds: int = 80) -> CylinderFit 
         gap, jacobian = tangent_distance_mm(parameters, rays)
         pixel_per_mm = rays.pixel_per_radian / _depth_mm(parameters, rays)
         residual_px = gap * pixel_per_mm
-        if step_number < NARROWING_STEPS:  # afterwards it stands still, so that the steps come to an end
+        if step_number < NARROWING_ROUNDS:  # afterwards the scale is fixed, so that the steps converge
             wide_px = SIGMA_PER_MAD * float(np.median(np.abs(residual_px)))
-            narrow_px = max(LEAST_SCALE_PX, _local_scatter_px(residual_px, near), NARROWEST * wide_px)
-            scale_px = max(narrow_px, NARROWING**step_number * wide_px)
+            narrow_px = max(LEAST_SCALE_PX, _local_scatter_px(residual_px, near), NARROWEST_FACTOR * wide_px)
+            scale_px = max(narrow_px, NARROWING_FACTOR**step_number * wide_px)
         ratio = np.where(residual_px < 0, rays.inwards, 1.0) * residual_px / scale_px
         weight = _biweight(ratio)
         normal = _normal_equations(jacobian, weight * pixel_per_mm**2)
@@ -201,21 +206,21 @@ def fit_cylinder(rays: EdgeRays, start: Array, rounds: int = 80) -> CylinderFit 
             return CylinderFit(parameters, covariance, residual_px, pixel_per_mm, weight, scale_px, gain)
         step = -normal.solved(normal.weighted.T @ gap)
         parameters = parameters + step
-        converged = step_number >= NARROWING_STEPS and bool(np.all(np.abs(step) < STEP_END))
+        converged = step_number >= NARROWING_ROUNDS and bool(np.all(np.abs(step) < CONVERGED_STEP))
     return None
 
 
 def _near_each_other(rays: EdgeRays) -> NDArray[np.bool_]:
-    """Which points are in the same window as the one `LAG` points further."""
-    return (rays.limb[LAG:] == rays.limb[:-LAG]) & (rays.window[LAG:] == rays.window[:-LAG])
+    """Which points are in the same window as the one `LAG_POINTS` points further."""
+    return (rays.limb[LAG_POINTS:] == rays.limb[:-LAG_POINTS]) & (rays.window[LAG_POINTS:] == rays.window[:-LAG_POINTS])
 
 
 def _local_scatter_px(residual_px: Array, near: NDArray[np.bool_]) -> float:
     """Standard deviation of the quietest residuals against those a few points further in the same window."""
-    differences = np.abs(residual_px[LAG:] - residual_px[:-LAG])[near]
+    differences = np.abs(residual_px[LAG_POINTS:] - residual_px[:-LAG_POINTS])[near]
     if not differences.size:
         return 0.0
-    return float(np.quantile(differences, QUIET) / (np.sqrt(2) * ndtri((1 + QUIET) / 2)))
+    return float(np.quantile(differences, QUIET_SHARE) / (np.sqrt(2) * ndtri((1 + QUIET_SHARE) / 2)))
 
 
 def _depth_mm(parameters: Array, rays: EdgeRays) -> Array:
@@ -254,7 +259,7 @@ def _normal_equations(jacobian: Array, weight: Array) -> _NormalEquations | None
     if not np.all(size > 0):
         return None
     scaled = normal / np.outer(size, size)
-    return _NormalEquations(scaled, size, weighted) if np.linalg.cond(scaled) <= 1e12 else None
+    return _NormalEquations(scaled, size, weighted) if np.linalg.cond(scaled) <= LARGEST_CONDITION else None
 
 
 def _clustered_covariance(influence: Array, rays: EdgeRays) -> Array:

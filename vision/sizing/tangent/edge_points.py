@@ -1,4 +1,4 @@
-"""Edge points of all limbs together, and the rays that they are for a given rig."""
+"""Edge points of all limbs (edges of the bar) together, and their rays for a given rig (camera calibration)."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -13,7 +13,7 @@ from vision.sizing.tangent.limb_finder import LimbPoints
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-PATCHY = 0.3  # share of a limb's profiles that cross patches: from here residuals inwards are twice as doubtful
+PATCHY_SHARE = 0.3  # chosen: where 30 % of a limb's profiles cross patches, residuals inwards count twice
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,7 +35,7 @@ class EdgePoints:
     window : ndarray of int64, shape (n,)
         Number of the strip along the bar, from 0.
     inwards : ndarray of float64, shape (n,)
-        How many times as doubtful a residual is when it points inwards.
+        Factor on residuals that point inwards, 1 to 2; see `EdgeRays`.
     """
 
     point_px: Array
@@ -47,7 +47,7 @@ class EdgePoints:
     inwards: Array
 
     @classmethod
-    def of_limbs(cls, limbs: list[LimbPoints], stations_mm: list[Array], first_y_mm: float, window_mm: float) -> Self:
+    def from_limbs(cls, limbs: list[LimbPoints], stations_mm: list[Array], first_y_mm: float, window_mm: float) -> Self:
         """Put the points of several limbs together.
 
         Parameters
@@ -69,7 +69,7 @@ class EdgePoints:
             limb=np.repeat(np.arange(len(limbs)), count),
             station_mm=y_mm,
             window=np.maximum(np.floor((y_mm - first_y_mm) / window_mm), 0).astype(np.int64),
-            inwards=np.repeat([1 + min(1.0, limb.uneven_share / PATCHY) for limb in limbs], count),
+            inwards=np.repeat([1 + min(1.0, limb.uneven_share / PATCHY_SHARE) for limb in limbs], count),
         )
 
     def only(self, index: Index) -> "EdgePoints":

@@ -1,7 +1,7 @@
 """Route T: the diameter of the bar from the tangent planes of both views.
 
-Each view shows the bar's two limbs as straight lines; every edge ray grazes the bar, so one cylinder fits them all.
-There is no silhouette bias, no plane to guess, and the scatter of the points gives the covariance.
+Each view shows the bar's two limbs (edges of the bar) as straight lines. Every edge ray grazes the bar, so one cylinder
+fits them all; the scatter of the points gives its covariance (docs/methods/diameter.md).
 """
 
 from collections.abc import Callable
@@ -40,20 +40,20 @@ Image = NDArray[np.uint8]
 Array = NDArray[np.float64]
 Result = TypeVar("Result")
 
-WINDOW_MM = 20.0  # one strip along the bar
-WINDOW_AGREES_PX = 0.5  # how far the median of a window's edge points may be off on any limb
-HIDDEN = 0.4  # of what the best limb shows: a limb that shows less is left out, three are enough
-LEAST_LIMBS = 3
-ENDS_MM = 10.0  # from the region's end: a bar that ends further inside shows its head or its tail
-BIN_MM = 5.0
-END_AGREES_PX, LIMBS_AT_END = 0.5, 2  # what makes a bin part of the bar: edge points of two limbs
-WORST_LIMB_PX = 1.5  # how far the middle one of a limb's windows may be off the cylinder
-UNKNOWN = (np.nan, np.nan)
+WINDOW_MM = 20.0  # chosen: length of a window, a strip along the bar; points within one may be correlated
+WINDOW_AGREEMENT_PX = 0.5  # chosen: a window is kept if the median residual of every limb in it is at most half a pixel
+HIDDEN_SHARE = 0.4  # chosen: a limb with less than 40 % of the best limb's share of edge points counts as hidden
+LEAST_LIMBS = 3  # three tangent planes fix the cylinder
+END_MARGIN_MM = 10.0  # chosen: a bar that ends further inside the region shows its head or its tail
+# Chosen: a bin of 5 mm along the bar belongs to the bar if two limbs have a point in it within half a pixel of the fit.
+END_BIN_MM, END_AGREEMENT_PX, LEAST_LIMBS_AT_END = 5.0, 0.5, 2
+WORST_LIMB_PX = 1.5  # chosen: a limb whose median window lies further off the cylinder means `views_disagree`
+UNKNOWN_MOVE_PX = (np.nan, np.nan)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _View:
-    """What is prepared once for one camera."""
+    """Camera, grid and limb finder of one view, prepared once."""
 
     camera: Camera
     grid: RegionGrid
@@ -146,7 +146,11 @@ class TangentGauge:
         return Reason.SEVERAL_BARS if max(count) > 1 else (found[0][0], found[1][0])
 
     def measure_bar(
-        self, left: Image, right: Image, outlines: tuple[Outline, Outline], moved_px: tuple[float, float] = UNKNOWN
+        self,
+        left: Image,
+        right: Image,
+        outlines: tuple[Outline, Outline],
+        moved_px: tuple[float, float] = UNKNOWN_MOVE_PX,
     ) -> SizeReading:
         """Diameter of a bar that `find` found; reasons and errors as in `measure`.
 
@@ -155,7 +159,11 @@ class TangentGauge:
         left, right : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
         outlines : tuple of two Outline
         moved_px : tuple of float
-            How far each picture has moved since the calibration; NaN where nobody knows.
+            Distance that each picture has moved since the calibration; NaN where it is unknown.
+
+        Returns
+        -------
+        SizeReading
         """
         pictures = self._checked(left, right)
         rough = self._both(lambda index: self._views[index].rough_limbs(pictures[index], outlines[index]))
@@ -184,7 +192,7 @@ class TangentGauge:
 
     def _planes(self, rough: list[RoughLimb]) -> list[TangentPlane | None]:
         """Tangent planes of the four limbs; None for those that are hidden."""
-        least = HIDDEN * max(limb.seen for limb in rough)
+        least = HIDDEN_SHARE * max(limb.seen for limb in rough)
         return [
             TangentPlane.through(self._views[index // 2].camera.centre_mm, limb.line, LIMB_SIDES[index % 2])
             if limb.seen > least
@@ -195,7 +203,7 @@ class TangentGauge:
     def _limbs(
         self, pictures: tuple[Image, Image], planes: list[TangentPlane | None], cylinder: Array
     ) -> list[LimbPoints]:
-        """Edge points of the four limbs, a hidden one where the others say that it must be."""
+        """Edge points of the four limbs; a hidden limb is searched where the other three predict it."""
         region = np.array(self.rig.region_y_mm)
 
         def of_view(index: int) -> list[LimbPoints]:
@@ -219,13 +227,13 @@ class TangentGauge:
     ) -> SizeReading:
         region = self.rig.region_y_mm
         stations = [self._stations(limb, cylinder) for limb in limbs]
-        points = EdgePoints.of_limbs(limbs, stations, region[0], WINDOW_MM)
+        points = EdgePoints.from_limbs(limbs, stations, region[0], WINDOW_MM)
         fit = fit_cylinder(points.rays(self.rig), cylinder)
         if fit is None:
             return SizeReading(reasons=reasons | Reason.FIT_FAILED)
         total = round((region[1] - region[0]) / WINDOW_MM)
         window_px = points.window_medians(fit.residual_px, total)
-        kept = int(np.count_nonzero(np.all(np.abs(window_px) <= WINDOW_AGREES_PX, axis=0)))
+        kept = int(np.count_nonzero(np.all(np.abs(window_px) <= WINDOW_AGREEMENT_PX, axis=0)))
         reasons |= _reasons_of_fit(fit, window_px, region) | _reasons_of_ends(fit, points, region)
         if 2 * kept < total:
             reasons |= Reason.FEW_WINDOWS
@@ -241,7 +249,7 @@ def _with_channels(image: Image) -> Image:
 
 
 def _with_light(reading: SizeReading, limbs: list[LimbPoints]) -> SizeReading:
-    """Add how the limbs are exposed, whether or not they can be measured."""
+    """Add the limbs' exposure to a reading, with a value or without."""
     bright = [float(np.median(limb.bright)) for limb in limbs if len(limb.bright)]
     return replace(
         reading,
@@ -253,7 +261,7 @@ def _with_light(reading: SizeReading, limbs: list[LimbPoints]) -> SizeReading:
 def _shown(limbs: list[LimbPoints]) -> list[int]:
     """Numbers of the limbs that show enough of the bar."""
     share = np.array([len(limb.place_mm) / limb.tried for limb in limbs])
-    enough = (share >= HIDDEN * share.max()) & np.array([len(limb.place_mm) >= LEAST_POINTS for limb in limbs])
+    enough = (share >= HIDDEN_SHARE * share.max()) & np.array([len(limb.place_mm) >= LEAST_POINTS for limb in limbs])
     return np.flatnonzero(enough).tolist()
 
 
@@ -274,19 +282,19 @@ def _reasons_of_limbs(limbs: list[LimbPoints], shown: list[int]) -> Reason:
 
 
 def _reasons_of_ends(fit: CylinderFit, points: EdgePoints, region_y_mm: tuple[float, float]) -> Reason:
-    """Whether the bar ends in the region, and too early to be measured."""
-    edges = np.arange(region_y_mm[0], region_y_mm[1] + BIN_MM / 2, BIN_MM)
-    good = np.abs(fit.residual_px) < END_AGREES_PX
+    """Reasons for a bar that ends in the region, or covers too little of it."""
+    edges = np.arange(region_y_mm[0], region_y_mm[1] + END_BIN_MM / 2, END_BIN_MM)
+    good = np.abs(fit.residual_px) < END_AGREEMENT_PX
     limbs = [points.station_mm[good & (points.limb == limb)] for limb in range(points.limb.max() + 1)]
     showing = np.sum([np.histogram(stations, edges)[0] > 0 for stations in limbs], axis=0)
-    shown, sure = np.flatnonzero(showing), np.flatnonzero(showing >= LIMBS_AT_END)
+    shown, sure = np.flatnonzero(showing), np.flatnonzero(showing >= LEAST_LIMBS_AT_END)
     if not sure.size:
         return Reason.EDGE_NOT_FOUND
     first_mm, last_mm = edges[shown[0]], edges[shown[-1] + 1]
     reasons = Reason.NONE
-    if last_mm < region_y_mm[1] - ENDS_MM:
+    if last_mm < region_y_mm[1] - END_MARGIN_MM:
         reasons |= Reason.BAR_HEAD
-    if first_mm > region_y_mm[0] + ENDS_MM:
+    if first_mm > region_y_mm[0] + END_MARGIN_MM:
         reasons |= Reason.BAR_TAIL
     if edges[sure[-1]] - edges[sure[0]] < COVERED_SHARE * (region_y_mm[1] - region_y_mm[0]):
         reasons |= Reason.BAR_TOO_SHORT

@@ -1,4 +1,4 @@
-"""One limb of the bar in one view: sub-pixel edge points along it, on raw pixels.
+"""One limb (edge of the bar) in one view: sub-pixel edge points along it, on raw pixels.
 
 A limb is a straight line in the undistorted view, and so on any plane; it is kept as x(y) on the grid's plane.
 Profiles run across it from the dark side to the bar.
@@ -21,16 +21,16 @@ from vision.sizing.limits import CLIPPED_FEW_SHARE, FIRST_BLUR_PX, LEAST_POINTS
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 
-ROUGH_SPACING_PX = 4.0
-SPACING_PX = 1.0  # along the limb: each point then has its own pixels
-STEP_PX = 0.25  # along a profile
-SEARCH_PX = 12.0  # half length of the first profiles: the grid knows the limb to a few pixels
-REFINE_PX = 9.0  # half length of the second ones, around a straight line
-INSIDE_PX = 8.0  # from the rough limb: surely on the bar
-AGREES_PX = 1.0  # from a straight line, for a point of the first pass
+ROUGH_SPACING_PX = 4.0  # chosen: distance of the first pass's profiles along the limb
+SPACING_PX = 1.0  # distance of the second pass's profiles along the limb: each has its own pixels
+PROFILE_STEP_PX = 0.25  # chosen: distance of the samples along a profile
+SEARCH_HALF_LENGTH_PX = 12.0  # chosen: half length of the first profiles; the grid gives the limb to a few pixels
+REFINE_HALF_LENGTH_PX = 9.0  # chosen: half length of the second profiles, around a straight line
+INSIDE_PX = 8.0  # chosen: this far inwards of the rough limb a pixel surely lies on the bar
+AGREEMENT_PX = 1.0  # chosen: a point of the first pass supports the limb's line within one pixel
 
-SEARCH = np.arange(-SEARCH_PX, SEARCH_PX + STEP_PX, STEP_PX)
-REFINE = np.arange(-REFINE_PX, REFINE_PX + STEP_PX, STEP_PX)
+SEARCH_OFFSETS_PX = np.arange(-SEARCH_HALF_LENGTH_PX, SEARCH_HALF_LENGTH_PX + PROFILE_STEP_PX, PROFILE_STEP_PX)
+REFINE_OFFSETS_PX = np.arange(-REFINE_HALF_LENGTH_PX, REFINE_HALF_LENGTH_PX + PROFILE_STEP_PX, PROFILE_STEP_PX)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -127,12 +127,12 @@ class LimbFinder:
         Returns
         -------
         RoughLimb
-            Nothing seen where there are too few points.
+            `seen` is 0, and the line the given one, where there are fewer than `LEAST_POINTS`.
         """
         point, normal, y_mm = self._across(line, side, self._region_y_mm, ROUGH_SPACING_PX)
         channel = int(np.argmax(self._brightness(picture, point, normal)))
-        profile = sample_profiles(picture, channel, self._decode, point, normal, SEARCH)
-        place = half_level_crossing(profile, SEARCH, FIRST_BLUR_PX).place_px
+        profile = sample_profiles(picture, channel, self._decode, point, normal, SEARCH_OFFSETS_PX)
+        place = half_level_crossing(profile, SEARCH_OFFSETS_PX, FIRST_BLUR_PX).place_px
         found = np.isfinite(place)
         if np.count_nonzero(found) < LEAST_POINTS:
             return RoughLimb(line, 0.0)
@@ -140,7 +140,7 @@ class LimbFinder:
         pixel_mm = (
             float(np.linalg.norm(self._camera.centre_mm - [line[1], 0.0, PLANE_HEIGHT_MM])) / self._camera.K[0, 0]
         )
-        fitted, agrees = consensus_line(on_line_mm, x_mm, AGREES_PX * pixel_mm)
+        fitted, agrees = consensus_line(on_line_mm, x_mm, AGREEMENT_PX * pixel_mm)
         return RoughLimb(fitted, np.count_nonzero(agrees) / len(y_mm))
 
     def finely(self, picture: Picture, line: Array, side: int, span_mm: tuple[float, float]) -> LimbPoints:
@@ -166,21 +166,21 @@ class LimbFinder:
         point, normal, y_mm = self._across(line, side, span_mm, SPACING_PX)
         tried: list[LimbPoints] = []
         for channel in np.argsort(-self._brightness(picture, point, normal)):
-            profile = sample_profiles(picture, int(channel), self._decode, point, normal, REFINE)
+            profile = sample_profiles(picture, int(channel), self._decode, point, normal, REFINE_OFFSETS_PX)
             tried.append(self._points(profile, point, normal, y_mm, side))
             if tried[-1].clipped_share <= CLIPPED_FEW_SHARE:
                 break
         return min(tried, key=lambda limb: limb.clipped_share)
 
     def _points(self, profile: Array, point: Array, normal: Array, y_mm: Array, side: int) -> LimbPoints:
-        shaded = shaded_crossings(profile, REFINE, FIRST_BLUR_PX)
+        shaded = shaded_crossings(profile, REFINE_OFFSETS_PX, FIRST_BLUR_PX)
         if shaded is None:
             return self._nothing(side, len(y_mm))
         crossings, blur_px = shaded.crossings, shaded.blur_px
-        even = even_profiles(profile, REFINE, crossings, blur_px)
+        even = even_profiles(profile, REFINE_OFFSETS_PX, crossings, blur_px)
         if not even.size:
             return self._nothing(side, len(y_mm))
-        place, step, uneven_share = fitted_edges(profile, REFINE, crossings, even, blur_px)
+        place, step, uneven_share = fitted_edges(profile, REFINE_OFFSETS_PX, crossings, even, blur_px)
         bright = crossings.dark + step
         found = np.isfinite(place)
         clipped = np.maximum(bright, crossings.bright) >= self._decode[CLIPPED_CODE]

@@ -1,6 +1,7 @@
 """The cylinder to a few millimetres, from its limbs as straight lines on the grid's plane.
 
-It tells where along the bar each limb is touched, and where a limb must be that its own view does not show.
+From it follow the stations along the bar that each limb's points show, and the line of a limb that is hidden in its
+view.
 """
 
 from dataclasses import dataclass
@@ -32,14 +33,32 @@ class TangentPlane:
 
     @classmethod
     def through(cls, centre_mm: Array, line: Array, side: int) -> "TangentPlane":
-        """Plane through a line x(y) on the grid's plane."""
+        """Plane through a camera's centre and a line on the measuring plane.
+
+        Parameters
+        ----------
+        centre_mm : ndarray of float64, shape (3,)
+        line : ndarray of float64, shape (2,)
+            Slope dx/dy and x at y = 0, mm.
+        side : int
+            -1 for the limb at smaller x, +1 for the other.
+        """
         on_line = np.array([[line[0] * y + line[1], y, PLANE_HEIGHT_MM] for y in (-250.0, 250.0)])
         normal = np.cross(*(on_line - centre_mm))
         return cls(centre_mm, normal * (-np.sign(normal[0]) / np.linalg.norm(normal)), side)
 
     @classmethod
     def touching(cls, centre_mm: Array, cylinder: Array, side: int) -> "TangentPlane":
-        """Plane that touches a cylinder on one side."""
+        """Plane through a camera's centre that touches a cylinder on one side.
+
+        Parameters
+        ----------
+        centre_mm : ndarray of float64, shape (3,)
+        cylinder : ndarray of float64, shape (5,)
+            x0, z0, dx/dy, dz/dy, R.
+        side : int
+            -1 for the limb at smaller x, +1 for the other.
+        """
         axis, u, R = _axis(cylinder)
         away = axis - centre_mm
         away = away - (away @ u) * u
@@ -52,12 +71,24 @@ class TangentPlane:
 
     @property
     def line(self) -> Array:
-        """Where it cuts the grid's plane: slope and intercept of x(y)."""
+        """Line x(y) in which the plane cuts the measuring plane: slope and intercept."""
         n, C = self.normal, self.centre_mm
         return np.array([-n[1] / n[0], C[0] + (n[1] * C[1] - n[2] * (PLANE_HEIGHT_MM - C[2])) / n[0]])
 
     def stations_mm(self, cylinder: Array, y_mm: Array) -> Array:
-        """Return y of the points of the bar that are seen at places y of the line, shape (n,)."""
+        """Return y of the bar's points that are seen at given y of the line.
+
+        Parameters
+        ----------
+        cylinder : ndarray of float64, shape (5,)
+            x0, z0, dx/dy, dz/dy, R.
+        y_mm : ndarray of float64, shape (n,)
+            On the plane's line.
+
+        Returns
+        -------
+        ndarray of float64, shape (n,)
+        """
         axis, u, _ = _axis(cylinder)
         line = self.line
         seen = np.column_stack([line[0] * y_mm + line[1], y_mm, np.full(len(y_mm), PLANE_HEIGHT_MM)]) - self.centre_mm
@@ -66,7 +97,19 @@ class TangentPlane:
         return ((reach * (seen @ u)) - (axis - self.centre_mm) @ u) * u[1]
 
     def places_mm(self, cylinder: Array, stations_mm: Array) -> Array:
-        """Places y of the line at which points of the bar at given y are seen, shape (n,)."""
+        """Return y of the line at which the bar's points at given y are seen; the inverse of `stations_mm`.
+
+        Parameters
+        ----------
+        cylinder : ndarray of float64, shape (5,)
+            x0, z0, dx/dy, dz/dy, R.
+        stations_mm : ndarray of float64, shape (n,)
+            y of points of the bar.
+
+        Returns
+        -------
+        ndarray of float64, shape (n,)
+        """
         axis, u, R = _axis(cylinder)
         touched = axis - self.side * R * self.normal + np.outer(stations_mm / u[1], u)
         onward = touched - self.centre_mm

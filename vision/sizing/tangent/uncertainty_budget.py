@@ -1,4 +1,4 @@
-"""The uncertainty of a diameter by route T, part by part (GUM, JCGM 100:2008, 5.1.2)."""
+"""Uncertainty budget of a diameter by route T (GUM, JCGM 100:2008, 5.1.2; docs/methods/diameter.md)."""
 
 import math
 from dataclasses import astuple, dataclass
@@ -18,14 +18,13 @@ Array = NDArray[np.float64]
 
 OMEGA = slice(CAMERA_PARAMETERS.index("omega_x"), CAMERA_PARAMETERS.index("omega_z") + 1)
 TRANSLATION = slice(CAMERA_PARAMETERS.index("t_x"), CAMERA_PARAMETERS.index("t_z") + 1)
-HEIGHT_FREE_MM = 1.5  # how far a bar at rest may lie off the rollers in the world frame of a good calibration
-
-U_EXPONENT = 0.01  # relative, of the camera's response: how far a power law of its code values may be off
-U_PLACE_PX = 0.01  # of a whole limb: what a perfect-looking edge may still be off
-U_SHADING = 0.25  # relative, of the shift that allows for a bar that is darker at its limb
+FREE_HEIGHT_MM = 1.5  # chosen: an axis up to 1.5 mm off R above the rollers is a good calibration's, and adds nothing
+U_EXPONENT = 0.01  # chosen, relative: standard uncertainty of the exponent by which code values follow light
+U_PLACE_PX = 0.01  # chosen: standard uncertainty of the place of a whole limb whose edge looks perfect
+U_SHADING = 0.25  # chosen, relative: standard uncertainty of the shift that corrects for shading towards the limb
 GROSS_ERROR_SENSITIVITY = 1.7  # of the biweight, in standard deviations (Huber, ISBN 0-471-41805-6, 4.3)
-FOREIGN_MOST = 0.8  # share of a limb's points that is taken for foreign at most
-CLIPPED_SHIFT_PX = 0.5  # how far an overexposed edge moves outwards
+MOST_FOREIGN_SHARE = 0.8  # chosen: at most 80 % of a limb's points count as foreign; e / (1 - e) has no bound
+CLIPPED_SHIFT_PX = 0.5  # chosen: a fully overexposed limb is off outwards by half a pixel
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,14 +59,14 @@ def uncertainty_budget(
     ----------
     fit : CylinderFit
     points : EdgePoints
-        What was fitted.
+        Points that the cylinder was fitted to.
     rig : Rig
     limbs : list of LimbPoints
         In the order of `points.limb`.
     ovality_mm : float
         Greatest minus least width that the section may have.
     moved_px : tuple of float
-        How far the pictures have moved since the calibration; NaN where nobody knows.
+        Distance that each picture has moved since the calibration; NaN where it is unknown, which counts as 0.
 
     Returns
     -------
@@ -98,7 +97,7 @@ def _reach_mm(fit: CylinderFit, points: EdgePoints, limb: int) -> float:
 
 
 def _response_shift_px(limb: LimbPoints) -> float:
-    """How far half level moves when code values follow light with an exponent that is off by `U_EXPONENT`."""
+    """Shift of half level, px, when the exponent by which code values follow light is off by `U_EXPONENT`."""
     k = 1 + U_EXPONENT
     dark = float(np.median(limb.dark / limb.bright))
     level = ((1 + dark**k) / 2) ** (1 / k)
@@ -106,30 +105,30 @@ def _response_shift_px(limb: LimbPoints) -> float:
 
 
 def _off_rollers_mm(fit: CylinderFit, rig: Rig) -> float:
-    """What an axis that is not R above the rollers leaves in doubt.
+    """Standard uncertainty from an axis that is not R above the rollers, mm: D h / (sqrt 2 Z).
 
-    The bar may hop, or a camera may have moved sideways, which edges cannot show: the bar then appears nearer or
-    further by that height h, and its diameter off by D h / Z. It is either that error or none: the divisor is that of a
-    distribution with its mass at both ends (arc sine).
+    Either the bar hops, which is no error, or a camera has moved sideways, which edges cannot show: the bar then
+    appears nearer or further by that height h, and its diameter is off by D h / Z, Z the nearer camera's distance. It
+    is the one or the other: the divisor sqrt 2 is that of a distribution with its mass at both ends (arc sine).
     """
     height_mm = abs(float(fit.parameters[1] - fit.parameters[4]))
-    if height_mm < HEIGHT_FREE_MM:
+    if height_mm < FREE_HEIGHT_MM:
         return 0.0
     depth_mm = min(float(np.linalg.norm(camera.centre_mm)) for camera in (rig.left, rig.right))
     return fit.diameter_mm * height_mm / depth_mm / math.sqrt(2)
 
 
 def _off_px(fit: CylinderFit, points: EdgePoints, index: int, limb: LimbPoints) -> float:
-    """How far a limb may be off as a whole.
+    """Standard uncertainty of a limb's place as a whole, px.
 
-    It is the root sum of squares of what a perfect edge may be off, of the doubt in the correction for shading, of
-    how far the limb lies off the cylinder, and of the largest bias e / (1 - e) x 1.7 sigma that a share e of foreign
-    points gives a biweight, taken as the half width of a rectangular distribution.
+    Root sum of squares of a perfect edge's uncertainty, of that of the correction for shading, of the median residual
+    of the limb, and of the largest bias e / (1 - e) x 1.7 sigma that a share e of foreign points gives a biweight, as
+    the half width of a rectangular distribution.
     """
     mine = points.limb == index
     agreeing = fit.weight[mine] > 0
     middle_px = float(np.median(fit.residual_px[mine][agreeing])) if agreeing.any() else 0.0
-    foreign = min(1 - float(fit.weight[mine].mean()), FOREIGN_MOST)
+    foreign = min(1 - float(fit.weight[mine].mean()), MOST_FOREIGN_SHARE)
     bias_px = GROSS_ERROR_SENSITIVITY * fit.scale_px * foreign / (1 - foreign) / np.sqrt(3)
     return float(np.linalg.norm([U_PLACE_PX, U_SHADING * limb.shading_px, middle_px, bias_px]))
 

@@ -1,0 +1,91 @@
+"""The link between a station and the supervisor: whole messages, none of half a line, no waiting."""
+
+import socket
+import time
+
+import pytest
+from messages import reading
+
+from appliance.processes.link import StationLink
+from appliance.processes.message import StateMessage
+from appliance.sizing.message import MESSAGES
+
+
+@pytest.fixture
+def ends():
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        yield ours, theirs
+
+
+@pytest.mark.parametrize("message", [reading(), StateMessage(state="faulty", fault="camera_lost", detail="ü\n")])
+def test_a_message_arrives_as_it_was_sent_on_one_line(ends, message):
+    ours, theirs = ends
+    StationLink(theirs).send(message)
+    line = ours.recv(65536)
+    assert line.count(b"\n") == 1
+    assert MESSAGES.validate_json(line) == message
+
+
+def test_nobody_who_does_not_read_can_stop_the_sender(ends):
+    _, theirs = ends
+    link = StationLink(theirs)
+    begun_s = time.monotonic()
+    for sequence in range(3000):
+        link.send(reading(sequence=sequence))
+    assert time.monotonic() - begun_s < 2
+    assert 0 < link.dropped < 3000
+
+
+def test_what_is_dropped_never_tears_what_is_sent(ends):
+    ours, theirs = ends
+    theirs.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
+    link = StationLink(theirs)
+    received = b""
+    for sequence in range(400):
+        link.send(reading(sequence=sequence))
+        if sequence % 7 == 0:
+            received += ours.recv(777)
+    ours.setblocking(False)
+    for sequence in range(400, 600):
+        link.send(reading(sequence=sequence))
+        try:
+            received += ours.recv(100_000)
+        except BlockingIOError:
+            continue
+    numbers = [
+        MESSAGES.validate_json(line).sequence for line in received.splitlines(keepends=True) if line.endswith(b"\n")
+    ]
+    assert numbers == sorted(set(numbers))
+    assert link.dropped > 0
+    assert len(numbers) == 600 - link.dropped
+
+
+def test_a_supervisor_that_is_gone_is_no_error_of_the_sender(ends):
+    ours, theirs = ends
+    ours.close()
+    StationLink(theirs).send(reading())
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        b"",
+        b"\n",
+        b"{}\n",
+        b"[]\n",
+        b"\xff\n",
+        b'{"kind":"reading"}\n',
+        b'{"kind":"song"}\n',
+        b'{"kind":"state","state":"x"}\n',
+    ],
+)
+def test_a_line_that_is_no_message_is_refused(line):
+    with pytest.raises(ValueError, match="validation error"):
+        MESSAGES.validate_json(line)
+
+
+def test_a_reading_with_a_number_that_is_none_is_refused():
+    line = reading(diameter_mm=1.5).model_dump_json().replace("1.5", "NaN").encode()
+    with pytest.raises(ValueError, match="diameter_mm"):
+        MESSAGES.validate_json(line)

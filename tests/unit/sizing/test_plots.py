@@ -1,0 +1,75 @@
+"""What `measure --plot` draws, looked at as a picture: there, not empty, and one for every kind."""
+
+import cv2
+import numpy as np
+import pytest
+from mill_scenes import write_line
+
+from appliance.cli import main as cli
+from appliance.simulation.bars.bars import Bar
+from appliance.simulation.thermal_line import ThermalLine, thermal_camera
+from appliance.simulation.write_recording import write_thermal_recording
+
+
+@pytest.fixture(scope="module")
+def line(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("line")
+    write_line(folder, seed=2, frames=3)
+    return folder
+
+
+def measure(line, *options):
+    return cli.main(["measure", str(line / "scene"), "--rig", str(line / "rig.json"), *options])
+
+
+def test_virtual_boards_are_measured_and_drawn(line):
+    output, plots = line / "v.csv", line / "plots"
+    assert (
+        measure(line, "--method", "virtual-board", "--edges", "sobel", "--output", str(output), "--plot", str(plots))
+        == 0
+    )
+    header, *rows = output.read_text().splitlines()
+    assert len(rows) == 3
+    assert "diameter_virtual_board_mm" in header
+    pictures = [cv2.imread(str(path)) for path in sorted(plots.glob("*.png"))]
+    assert len(pictures) >= 2
+    assert all(picture.std() > 5 for picture in pictures)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--method", "virtual-board", "--edges", "sobl"), "sobel"),
+        (("--method", "virtual-board", "--fusion", "ftt"), "fft"),
+        (("--edges", "sobel"), "add --method virtual-board"),
+    ],
+)
+def test_a_typo_is_one_sentence(line, capsys, options, said):
+    assert measure(line, *options, "--output", str(line / "x.csv")) == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1
+    assert not (line / "x.csv").exists()
+
+
+def test_a_conveyor_is_measured_and_drawn(tmp_path):
+    line = ThermalLine(thermal_camera(), bar=Bar(165.0, 20.0), seed=1)
+    write_thermal_recording(tmp_path / "thermal", line, empty=2, frames=3)
+    output, plots = tmp_path / "sizes.csv", tmp_path / "plots"
+    words = ["measure", str(tmp_path / "thermal"), "--method", "conveyor", "--barrier-mm", "500"]
+    assert cli.main([*words, "--output", str(output), "--plot", str(plots)]) == 0
+    assert len(output.read_text().splitlines()) == 6
+    pictures = {path.name: cv2.imread(str(path)) for path in plots.iterdir()}
+    assert set(pictures) == {"experiments.png", "frames.png"}
+    assert all(picture.std() > 5 for picture in pictures.values())
+    left, right = np.array_split(pictures["experiments.png"], 2, axis=1)
+    for half in (left, right):  # two experiments each, in the colours of the first two
+        for colour in ((180, 119, 31), (14, 127, 255)):
+            assert np.count_nonzero((np.abs(half.astype(int) - colour) < 30).all(axis=2)) > 100
+
+
+def test_a_conveyor_without_any_bar_is_drawn_too(tmp_path):
+    write_thermal_recording(tmp_path / "thermal", ThermalLine(thermal_camera(), seed=1), empty=2, frames=1)
+    words = ["measure", str(tmp_path / "thermal"), "--method", "conveyor", "--barrier-mm", "500"]
+    assert cli.main([*words, "--output", str(tmp_path / "x.csv"), "--plot", str(tmp_path / "plots")]) == 0
+    assert len(list((tmp_path / "plots").iterdir())) == 2

@@ -1,0 +1,334 @@
+"""The supervisor with a measuring process that does what it is told, seen over the wire as a PLC sees it."""
+
+import itertools
+import struct
+import time
+from collections.abc import Iterator
+
+import pytest
+from modbus_wire import Wire, eventually, read, write_coils, write_registers
+from plc_view import Values, has_none, has_value, look, look_at_bits, wait_for
+from rehearsal import Rehearsal, rehearsing
+
+from appliance.conformity.plc_inputs import FILE_NAME
+from appliance.processes import monitored_process as keeper
+from appliance.processes.message import StateMessage
+from appliance.supervisor.settings import Settings
+from appliance.supervisor.supervisor import Supervisor
+from plc.codes import DeviceState
+from plc.process_image import decode
+from plc.registers import READING_RING, SET_POINTS
+from vision.reasons import Reason
+
+
+@pytest.fixture
+def rehearsal(tmp_path, monkeypatch) -> Iterator[Rehearsal]:
+    with rehearsing("fake_station", tmp_path, monkeypatch) as rehearsal:
+        yield rehearsal
+
+
+@pytest.fixture
+def wire(rehearsal) -> Iterator[Wire]:
+    rehearsal.start()
+    with rehearsal.connect() as wire:
+        yield wire
+
+
+def acknowledge(wire: Wire) -> None:
+    assert wire.ask(write_coils(32, True))[0] == 15
+    assert wire.ask(write_coils(32, False))[0] == 15
+
+
+def assert_latched_until_acknowledged(wire: Wire, alarm: str) -> None:
+    time.sleep(1.2)  # longer than the off-delay
+    assert look_at_bits(wire)[alarm]
+    acknowledge(wire)
+    assert eventually(lambda: not look_at_bits(wire)[alarm], 0.2)
+
+
+def test_readings_reach_the_plc_with_their_true_age(wire):
+    first = wait_for(wire, has_value, 5)
+    seen = wait_for(wire, lambda seen: seen["sequence"] != first["sequence"], 1)
+    assert 20 <= seen["measurement_age"] < 150
+    assert 200 <= seen["diameter"] < 250
+    assert seen["device_state"] == DeviceState.FUNCTION_CHECK
+    bits = look_at_bits(wire)
+    assert bits["running"]
+    assert bits["simulated"]
+    assert bits["measurement_valid"]
+
+
+def test_the_heartbeat_keeps_the_time_whether_or_not_anything_is_measured(rehearsal, wire):
+    rehearsal.tell("be silent")
+    begun_s, begun = time.monotonic(), look(wire)["heartbeat"]
+    time.sleep(2)
+    beats, elapsed_s = look(wire)["heartbeat"] - begun, time.monotonic() - begun_s
+    assert beats == pytest.approx(elapsed_s / 0.1, abs=1.6)
+
+
+def test_a_silent_process_leaves_no_value_standing(rehearsal, wire):
+    wait_for(wire, has_value, 5)
+    rehearsal.tell("be silent")
+    seen = wait_for(wire, has_none, 1.2)
+    assert seen["diameter"] is None
+    assert seen["reason_word"] == Reason.STALE
+    assert seen["device_state"] == DeviceState.FAILURE
+    assert look_at_bits(wire)["alarm_stale"]
+    assert not look_at_bits(wire)["running"]
+    rehearsal.tell("measure")
+    wait_for(wire, has_value, 1)
+    assert_latched_until_acknowledged(wire, "alarm_stale")
+
+
+def test_a_process_that_stays_silent_is_ended_and_started_again(rehearsal, monkeypatch):
+    monkeypatch.setattr(keeper, "SILENCE_LIMIT_S", 2.0)
+    rehearsal.start()
+    with rehearsal.connect() as wire:
+        wait_for(wire, has_value, 5)
+        rehearsal.tell("be silent")
+        wait_for(wire, lambda seen: seen["reason_word"] == Reason.STARTING, 4)
+        assert look_at_bits(wire)["alarm_internal"]
+        rehearsal.tell("measure")
+        wait_for(wire, has_value, 10)
+
+
+@pytest.mark.parametrize("end", ["break off", "end", "babble"])
+def test_a_process_that_ends_takes_its_value_with_it_and_comes_back(rehearsal, wire, end):
+    wait_for(wire, has_value, 5)
+    rehearsal.tell(end)
+    seen = wait_for(wire, has_none, 1)
+    assert seen["reason_word"] == Reason.STARTING
+    assert seen["diameter"] is None
+    assert seen["measurement_age"] is None
+    assert seen["device_state"] == DeviceState.FAILURE
+    assert look_at_bits(wire)["alarm_internal"]
+    rehearsal.tell("measure")
+    seen = wait_for(wire, has_value, 10)
+    assert seen["diameter"] < 250
+    assert seen["device_state"] == DeviceState.FUNCTION_CHECK
+    assert_latched_until_acknowledged(wire, "alarm_internal")
+
+
+@pytest.mark.parametrize(
+    ("fault", "alarm", "state"),
+    [
+        ("camera_lost", "alarm_camera", DeviceState.FAILURE),
+        ("rig_unusable", "alarm_calibration", DeviceState.FAILURE),
+        ("recording_over", None, DeviceState.FUNCTION_CHECK),
+    ],
+)
+def test_trouble_of_the_equipment_is_a_state_and_an_alarm_until_it_is_over(rehearsal, wire, fault, alarm, state):
+    wait_for(wire, has_value, 5)
+    rehearsal.tell(f"fault {fault}")
+    seen = wait_for(wire, has_none, 1)
+    assert seen["reason_word"] == Reason.NO_PAIR
+    assert seen["device_state"] == state
+    alarms = {name for name, on in look_at_bits(wire).items() if on and name.startswith("alarm")}
+    assert alarms == ({alarm} if alarm else set())
+    rehearsal.tell("measure")
+    wait_for(wire, has_value, 1)
+    if alarm:
+        assert_latched_until_acknowledged(wire, alarm)
+    assert look(wire)["alarm_word"] == 0
+
+
+def test_a_process_that_gets_ready_is_served_as_starting(rehearsal):
+    rehearsal.tell("start")
+    rehearsal.start()
+    with rehearsal.connect() as wire:
+        seen = look(wire)
+        assert seen["validity"] == 0
+        assert seen["reason_word"] == Reason.STARTING
+        assert seen["device_state"] == DeviceState.FUNCTION_CHECK
+
+
+def test_a_process_that_compiles_counts_as_working_and_has_not_spoken_yet():
+    sizing = Supervisor(Settings())._sizing
+    before_s = sizing._worked_s
+    time.sleep(0.01)
+    sizing._receive(StateMessage(state="warming"))
+    assert sizing._worked_s > before_s
+    assert sizing._gate._silent == {"sizing"}
+    sizing._receive(StateMessage(state="starting"))
+    assert not sizing._gate._silent
+
+
+def test_settings_that_the_process_cannot_use_refuse_the_start(rehearsal):
+    rehearsal.tell("fault camera_lost")
+    rehearsal.start()
+    rehearsal.wait_for_end()
+    assert str(rehearsal.refused) == "left.png: broken; mend it"
+
+
+def test_a_process_that_cannot_start_is_served_as_a_failure(rehearsal):
+    rehearsal.tell("end")
+    rehearsal.start()
+    with rehearsal.connect() as wire:
+        assert look(wire)["device_state"] == DeviceState.FAILURE
+        rehearsal.tell("measure")
+        wait_for(wire, has_value, 10)
+
+
+def test_a_fault_is_logged_once_when_it_comes_and_once_when_it_goes(rehearsal, wire, caplog):
+    caplog.set_level("INFO", logger="hotgauge")
+    wait_for(wire, has_value, 5)
+    rehearsal.tell("fault camera_lost")
+    wait_for(wire, has_none, 1)
+    time.sleep(0.5)
+    rehearsal.tell("measure")
+    wait_for(wire, has_value, 1)
+    lines = [record.getMessage() for record in caplog.records if record.name.startswith("hotgauge")]
+    assert len(lines) == 2
+    assert "left.png: broken; mend it" in lines[0]
+    assert "101" in lines[1]
+
+
+def set_points(wire: Wire, *words: int) -> None:
+    """Write target, tolerances, temperature, product number, grade and heartbeat, from the first on."""
+    assert wire.ask(write_registers(SET_POINTS.start, *words))[0] == 16
+
+
+def alarms(wire: Wire) -> set[str]:
+    return {name for name, on in look_at_bits(wire).items() if on and name.startswith("alarm")}
+
+
+def test_hold_is_function_check_without_value_and_alarms_until_it_ends(rehearsal, wire):
+    wait_for(wire, has_value, 5)
+    wire.ask(write_coils(33, True))
+    seen = wait_for(wire, has_none, 0.3)
+    assert seen["reason_word"] == Reason.HELD
+    assert seen["diameter"] is None
+    assert seen["device_state"] == DeviceState.FUNCTION_CHECK
+    assert wire.ask(read(1, 32, 2)) == bytes((1, 1, 0b10))
+    rehearsal.tell("fault camera_lost")
+    wait_for(wire, lambda seen: seen["device_state"] == DeviceState.FAILURE, 1)
+    assert alarms(wire) == set()
+    wire.ask(write_coils(33, False))
+    assert eventually(lambda: alarms(wire) == {"alarm_camera"}, 0.3)
+
+
+def test_an_alarm_is_acknowledged_on_the_rising_edge_only(rehearsal, wire):
+    wait_for(wire, has_value, 5)
+    assert wire.ask(write_coils(32, True))[0] == 15  # and left at 1
+    rehearsal.tell("fault camera_lost")
+    wait_for(wire, has_none, 1)
+    rehearsal.tell("measure")
+    wait_for(wire, has_value, 1)
+    time.sleep(1.2)
+    wire.ask(write_coils(32, True))
+    time.sleep(0.2)
+    assert alarms(wire) == {"alarm_camera"}
+    wire.ask(write_coils(32, False))
+    time.sleep(0.2)
+    assert alarms(wire) == {"alarm_camera"}
+    wire.ask(write_coils(32, True))
+    assert eventually(lambda: not alarms(wire), 0.2)
+
+
+def test_a_bar_out_of_tolerance_is_decided_alarmed_and_corrected(wire):
+    wait_for(wire, has_value, 5)
+    set_points(wire, 30000, 200, 200)
+    seen = wait_for(wire, lambda seen: seen["decision"] == 2, 1)
+    assert seen["deviation"] == pytest.approx(seen["diameter"] - 300, abs=1e-3)
+    assert eventually(lambda: alarms(wire) == {"alarm_out_of_tolerance"}, 1)
+    seen = wait_for(wire, lambda seen: seen["correction"] == 1.0, 3)
+    set_points(wire, 0)
+    seen = wait_for(wire, lambda seen: seen["decision"] == 0, 0.3)
+    assert seen["deviation"] is None
+    assert seen["correction"] is None
+
+
+def test_a_temperature_and_a_grade_give_the_cold_size(wire):
+    wait_for(wire, has_value, 5)
+    assert look(wire)["diameter_cold"] is None
+    set_points(wire, 0, 0, 0, 1050, 0, 0, 1)
+    seen = wait_for(wire, lambda seen: seen["diameter_cold"] is not None, 0.3)
+    assert seen["diameter_cold"] == pytest.approx(seen["diameter"] / 1.0148, abs=0.01)
+    assert seen["diameter_cold_u16"] == pytest.approx(seen["diameter_cold"], abs=0.006)
+
+
+def test_a_low_trust_is_an_alarm_when_it_lasts(wire):
+    wait_for(wire, has_value, 5)
+    set_points(wire, 0, 1, 1)  # a tolerance of 0.02 mm: U of 0.2 mm is far too much for it
+    seen = wait_for(wire, lambda seen: (seen["trust"] or 0) < 10, 0.3)
+    assert has_value(seen)
+    assert not alarms(wire)
+    assert eventually(lambda: alarms(wire) == {"alarm_low_trust"}, 2)
+
+
+def test_a_plc_that_falls_silent_is_an_alarm_once_it_has_spoken(wire):
+    wait_for(wire, has_value, 5)
+    time.sleep(1.2)
+    for beat in range(1, 15):
+        assert not alarms(wire)
+        set_points(wire, 0, 0, 0, 0, 0, 0, 0, beat)
+        time.sleep(0.1)
+    for _ in range(15):  # rewritten, but not changed
+        set_points(wire, 0, 0, 0, 0, 0, 0, 0, 14)
+        time.sleep(0.1)
+    assert alarms(wire) == {"alarm_plc_silent"}
+
+
+def test_the_ring_holds_every_reading_between_two_looks(wire):
+    wait_for(wire, has_value, 5)
+    known, seen = None, []
+    until_s = time.monotonic() + 2
+    while time.monotonic() < until_s:
+        ring = look_at_ring(wire)
+        index = ring["reading_ring_index"]
+        slots = range(index if known is None else known, index)
+        assert len(slots) <= 8
+        seen += [(ring[f"reading_{n % 8}_sequence"], ring[f"reading_{n % 8}_diameter"]) for n in slots]
+        known = index
+        time.sleep(0.2)
+    assert len(seen) > 20
+    for (sequence, diameter), (next_sequence, next_diameter) in itertools.pairwise(seen):
+        assert next_sequence == sequence + 1
+        assert next_diameter == 200 + (diameter - 199) % 50
+
+
+def look_at_ring(wire: Wire) -> Values:
+    words = wire.ask(read(3, READING_RING.start, len(READING_RING)))[2:]
+    return decode(struct.unpack(f">{len(READING_RING)}H", words), block="reading_ring")
+
+
+def test_what_the_plc_has_written_is_served_after_a_restart(rehearsal, tmp_path):
+    state = tmp_path / "state"
+    rehearsal.keep_in(state)
+    rehearsal.start()
+    with rehearsal.connect() as wire:
+        set_points(wire, 26550, 40, 30, 1050, 0x1234, 0x5678, 1, 99)
+        wire.ask(write_coils(32, True, True))
+        written = wire.ask(read(3, 200, 8))
+    rehearsal.finish()
+    rehearsal.keep_in(state)
+    rehearsal.start()
+    with rehearsal.connect() as wire:
+        assert wire.ask(read(3, 200, 8)) == written[:-2] + b"\0\0"  # all but the heartbeat
+        assert wire.ask(read(1, 32, 2)) == bytes((1, 1, 0b10))
+        assert look(wire)["reason_word"] & Reason.HELD
+        wire.ask(write_coils(33, False))
+        assert wait_for(wire, has_value, 5)["deviation"] is not None
+
+
+def test_set_points_that_are_lost_are_maintenance_and_not_the_end(rehearsal, tmp_path):
+    (tmp_path / "state").mkdir()
+    (tmp_path / "state" / FILE_NAME).write_bytes(b"\0\0\0")
+    rehearsal.keep_in(tmp_path / "state")
+    rehearsal.start()
+    with rehearsal.connect() as wire:
+        wait_for(wire, has_value, 5)
+        assert "set_points_unreadable" in rehearsal.supervisor._faults.active
+        set_points(wire, 26550)
+        assert eventually(lambda: not rehearsal.supervisor._faults.active, 2)
+
+
+def test_a_folder_that_cannot_be_written_is_maintenance_and_set_points_still_count(rehearsal, tmp_path):
+    (tmp_path / "state").write_text("a file where the folder should be")
+    rehearsal.keep_in(tmp_path / "state" / "below")
+    rehearsal.start()
+    with rehearsal.connect() as wire:
+        wait_for(wire, has_value, 5)
+        set_points(wire, 30000)
+        assert wait_for(wire, lambda seen: seen["deviation"] is not None, 0.3)
+        assert eventually(lambda: "set_points_not_saved" in rehearsal.supervisor._faults.active, 2)

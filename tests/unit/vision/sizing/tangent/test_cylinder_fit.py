@@ -1,0 +1,140 @@
+"""Rays that are tangent by the geometry of a point and a circle, not by the code's own formula."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vision.geometry.consensus_line import consensus_line
+from vision.sizing.tangent.cylinder_fit import EdgeRays, fit_cylinder, tangent_distance_mm, touched_points
+from vision.sizing.tangent.tangent_planes import TangentPlane, rough_cylinder
+
+CAMERAS = np.array([[-700.0, -900.0, 2400.0], [800.0, -1100.0, 2200.0]])
+X0, Z0, RADIUS = 35.0, 120.0, 110.0
+FOCAL_PX = 2200.0
+TRUTH = np.array([X0, Z0, 0.0, 0.0, RADIUS])
+START = TRUTH + np.array([1.0, -2.0, 0.002, -0.001, 1.5])
+
+
+def tangent_rays(rng=None, noise_px=0.0, limbs=(0, 1, 2, 3), points=60, inwards=1.0):
+    """Rays from both cameras that graze a cylinder along y; noise turns them across the bar."""
+    parts = []
+    for limb in limbs:
+        camera, side = CAMERAS[limb // 2], (-1.0, 1.0)[limb % 2]
+        to_axis = np.array([X0 - camera[0], Z0 - camera[2]])
+        distance = np.hypot(*to_axis)
+        y = np.linspace(-250, 250, points)
+        angle = np.arctan2(to_axis[0], -to_axis[1]) + side * np.arcsin(RADIUS / distance)
+        length = np.sqrt(distance**2 - RADIUS**2)
+        touch = np.column_stack(
+            [camera[0] + length * np.sin(angle) + 0 * y, y, camera[2] - length * np.cos(angle) + 0 * y]
+        )
+        if rng is not None:
+            away = np.linalg.norm(touch - camera, axis=1)
+            across = np.array([np.cos(angle), 0.0, np.sin(angle)])
+            touch = touch + np.outer(rng.normal(0, noise_px, points) * away / FOCAL_PX, across)
+        direction = touch - camera
+        direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+        window = np.arange(points) // 4
+        parts.append(
+            (
+                np.tile(camera, (points, 1)),
+                direction,
+                np.full(points, side),
+                np.full(points, FOCAL_PX),
+                np.full(points, limb),
+                window,
+                np.full(points, inwards),
+            )
+        )
+    return EdgeRays(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+def test_tangent_rays_have_no_gap():
+    gap, _ = tangent_distance_mm(TRUTH, tangent_rays())
+    np.testing.assert_allclose(gap, 0.0, atol=1e-9)
+
+
+def test_derivatives_are_those_of_the_gap():
+    rays = tangent_rays()
+    at = TRUTH + np.array([3.0, -2.0, 0.01, -0.02, 4.0])
+    _, jacobian = tangent_distance_mm(at, rays)
+    for index, step in enumerate([1e-3, 1e-3, 1e-6, 1e-6, 1e-3]):
+        change = np.zeros(5)
+        change[index] = step
+        slope = (tangent_distance_mm(at + change, rays)[0] - tangent_distance_mm(at - change, rays)[0]) / (2 * step)
+        np.testing.assert_allclose(jacobian[:, index], slope, rtol=1e-5, atol=1e-5)
+
+
+def planes(limbs=(0, 1, 2, 3)):
+    return [TangentPlane.touching(CAMERAS[limb // 2], TRUTH, (-1, 1)[limb % 2]) for limb in limbs]
+
+
+@pytest.mark.parametrize("limbs", [(0, 1, 2, 3), (0, 1, 2), (1, 2, 3)])
+def test_three_or_four_planes_give_the_cylinder(limbs):
+    np.testing.assert_allclose(rough_cylinder(planes(limbs)), TRUTH, atol=1e-6)
+
+
+def test_two_tangent_planes_give_no_cylinder():
+    assert rough_cylinder(planes((0, 1))) is None
+
+
+def test_a_plane_is_the_one_through_its_own_line_and_is_touched_where_its_rays_touch():
+    rays = tangent_rays()
+    for limb, plane in enumerate(planes()):
+        again = TangentPlane.through(plane.centre_mm, plane.line, plane.side)
+        np.testing.assert_allclose(again.normal, plane.normal, atol=1e-9)
+        mine = rays.limb == limb
+        np.testing.assert_allclose(rays.direction[mine] @ plane.normal, 0.0, atol=1e-9)
+        places_mm = plane.places_mm(TRUTH, np.linspace(-250, 250, 60))
+        np.testing.assert_allclose(plane.stations_mm(TRUTH, places_mm), np.linspace(-250, 250, 60), atol=1e-6)
+        touched_mm, outwards = touched_points(TRUTH, rays)
+        np.testing.assert_allclose(touched_mm[mine][:, 1], np.linspace(-250, 250, 60), atol=1e-6)
+        np.testing.assert_allclose(np.hypot(*(touched_mm - [X0, 0, Z0])[:, [0, 2]].T), RADIUS, atol=1e-6)
+        np.testing.assert_allclose(outwards[:, 1], 0.0, atol=1e-9)
+
+
+def test_a_line_is_found_among_more_points_that_lie_elsewhere():
+    rng = np.random.default_rng(1)
+    y = np.linspace(-250, 250, 100)
+    x = 0.01 * y + 5 + rng.normal(0, 0.1, 100)
+    x[20:80] += rng.uniform(5, 30, 60)
+    line, agrees = consensus_line(y, x, 1.0)
+    np.testing.assert_allclose(line * [250, 1], [2.5, 5.0], atol=0.1)
+    assert np.count_nonzero(agrees) == 40
+
+
+def test_four_limbs_give_the_cylinder():
+    fit = fit_cylinder(tangent_rays(), START)
+    np.testing.assert_allclose(fit.parameters, TRUTH, atol=1e-6)
+    assert fit.diameter_mm == pytest.approx(2 * RADIUS, abs=1e-6)
+
+
+@pytest.mark.parametrize("hidden", range(4))
+def test_three_limbs_suffice(hidden):
+    limbs = [limb for limb in range(4) if limb != hidden]
+    np.testing.assert_allclose(fit_cylinder(tangent_rays(limbs=limbs), START).parameters, TRUTH, atol=1e-5)
+
+
+def test_one_view_alone_fixes_no_cylinder():
+    fit = fit_cylinder(tangent_rays(limbs=(0, 1)), START)
+    assert fit is None or fit.u_diameter_mm > 10
+
+
+def test_patches_along_one_limb_do_not_move_the_diameter():
+    rng = np.random.default_rng(5)
+    rays = tangent_rays(rng, 0.05)
+    direction = rays.direction.copy()
+    spoilt = (rays.limb == 1) & (rays.window < 5)  # a third of one limb, 4 px inwards
+    direction[spoilt, 0] -= 4.0 / FOCAL_PX
+    fit = fit_cylinder(replace(rays, direction=direction), START)
+    assert fit.diameter_mm == pytest.approx(2 * RADIUS, abs=0.1)
+    assert np.all(fit.weight[spoilt] == 0)
+
+
+def test_the_stated_scatter_is_the_scatter_over_many_noises():
+    fits = [fit_cylinder(tangent_rays(np.random.default_rng(seed), 0.1), START) for seed in range(300)]
+    error = np.array([fit.diameter_mm for fit in fits]) - 2 * RADIUS
+    stated = np.sqrt(np.mean([fit.u_diameter_mm**2 for fit in fits]))
+    assert abs(error.mean()) < 4 * error.std() / np.sqrt(error.size)
+    assert error.std() == pytest.approx(stated, rel=0.15)

@@ -1,0 +1,31 @@
+"""Decoding of code values to light, against the published curves."""
+
+import numpy as np
+import pytest
+
+from vision.light import decoding_table
+
+
+@pytest.mark.parametrize("response", ["srgb", "linear", "gamma 2.2"])
+def test_decoding_runs_from_black_to_full_scale_without_a_step_back(response):
+    table = decoding_table(response)
+    assert table.shape == (256,)
+    assert table[0] == 0.0
+    assert table[255] == pytest.approx(1.0)
+    assert np.all(np.diff(table) > 0)
+
+
+def test_srgb_decodes_the_published_mid_grey():
+    # 18 % grey is code 117.6 in sRGB
+    assert np.interp(117.6, np.arange(256), decoding_table("srgb")) == pytest.approx(0.18, abs=0.001)
+
+
+def test_a_power_law_is_inverted():
+    light = 0.37
+    code = 255 * light ** (1 / 2.2)
+    assert np.interp(code, np.arange(256), decoding_table("gamma 2.2")) == pytest.approx(light, abs=1e-4)
+
+
+def test_an_unknown_response_is_refused_by_name():
+    with pytest.raises(ValueError, match=r"response is 'log'.*srgb"):
+        decoding_table("log")
