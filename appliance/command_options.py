@@ -4,10 +4,12 @@ import difflib
 from collections.abc import Sequence
 from typing import TypeVar
 
+from appliance.errors import HotgaugeError
+
 NameT = TypeVar("NameT", bound=str)
 
 
-class CommandError(Exception):
+class CommandError(HotgaugeError):
     """The command cannot do what it was asked for; the message says what, where and what to do."""
 
 

@@ -6,8 +6,10 @@ from typing import Protocol, Self, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from appliance.errors import HotgaugeError
 
-class CameraError(Exception):
+
+class CameraError(HotgaugeError):
     """A source cannot deliver pictures; the message says what, where and what to do.
 
     Parameters

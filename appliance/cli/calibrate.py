@@ -23,7 +23,7 @@ def add_calibrate(command: argparse.ArgumentParser) -> None:
 
 def run_calibrate(given: argparse.Namespace) -> None:
     from appliance.sizing.stereo.calibrate_folder import calibrate_folder, report_lines
-    from appliance.sizing.stereo.rig_file import RigError, save_rig
+    from appliance.sizing.stereo.rig_file import save_rig
     from vision.calibration.acceptance import CalibrationError
 
     board = {name: getattr(given, name) for name in ("squares", *_BOARD_NUMBERS, "response")}
@@ -32,6 +32,6 @@ def run_calibrate(given: argparse.Namespace) -> None:
         with progress("picture pair") as show:
             calibration = calibrate_folder(given.folder, overrides, tuple(given.region), show)
         save_rig(calibration.rig, given.output)
-    except (CalibrationError, RigError) as error:
+    except CalibrationError as error:
         raise CommandError(str(error)) from error
     print("\n".join([*report_lines(calibration), f"written to    {given.output}"]))

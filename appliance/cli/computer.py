@@ -48,13 +48,10 @@ def add_install(command: argparse.ArgumentParser) -> None:
 
 
 def run_install(given: argparse.Namespace) -> None:
-    from appliance.service.install import InstallError, install, remove
+    from appliance.service.install import install, remove
 
-    try:
-        for line in (remove if given.remove else install)(given.root):
-            print(line)
-    except InstallError as error:
-        raise CommandError(str(error)) from error
+    for line in (remove if given.remove else install)(given.root):
+        print(line)
 
 
 def run_doctor(given: argparse.Namespace) -> int | None:

@@ -23,9 +23,7 @@ def add_fuse(command: argparse.ArgumentParser) -> None:
 
 
 def run_fuse(given: argparse.Namespace) -> None:
-    from appliance.cameras.source import CameraError
-    from appliance.sizing.stereo.fuse_files import FusionError, checked_scales, fuse_files, metric_lines, write_picture
-    from appliance.sizing.stereo.rig_file import RigError
+    from appliance.sizing.stereo.fuse_files import checked_scales, fuse_files, metric_lines, write_picture
     from vision.fusion.methods import METHODS
 
     method = one_of(METHODS, given.method, "--method")
@@ -33,8 +31,6 @@ def run_fuse(given: argparse.Namespace) -> None:
         scales = checked_scales(method, given.levels, given.rule, given.approximation)
         pair = fuse_files(given.left, given.right, given.rig, method, scales=scales, height_mm=given.height)
         write_picture(given.output, pair.picture)
-    except (CameraError, RigError, FusionError) as error:
-        raise CommandError(str(error)) from error
     except OSError as error:
         raise CommandError(f"{given.output}: {error.strerror}; give a file in a writable folder") from error
     print(f"{method}, aligned on the plane {pair.height_mm:.2f} mm above the conveyor")

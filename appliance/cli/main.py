@@ -10,7 +10,7 @@ from typing import NoReturn
 from appliance.cli import calibrate, certificates, computer, fuse, measure, orient, plc, serve, simulate, train
 from appliance.cli.common import add_config
 from appliance.command_options import CommandError
-from appliance.settings.file import SettingsError
+from appliance.errors import HotgaugeError
 
 EXIT_TROUBLE = 2
 EXIT_INTERRUPTED = 130
@@ -42,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         given = parser().parse_args(words)
         exit_code = given.run(given)
         sys.stdout.flush()
-    except (CommandError, SettingsError) as error:
+    except HotgaugeError as error:
         print(f"hotgauge: {error}", file=sys.stderr)
         return EXIT_TROUBLE
     except KeyboardInterrupt:

@@ -24,17 +24,13 @@ def add_orient(command: argparse.ArgumentParser) -> None:
 
 
 def run_orient(given: argparse.Namespace) -> None:
-    from appliance.cameras.source import CameraError
     from appliance.ingot.orient_recording import orient_recording
-    from appliance.ingot.reader_setup import ReferencesError
 
     settings = settings_file.load(given.config).ingot
     if given.classifier:
         settings = settings.model_copy(update={"classifier": given.classifier})
     try:
         orient_recording(given.recording, given.references, given.output, settings, given.plot)
-    except (CameraError, ReferencesError) as error:
-        raise CommandError(str(error)) from error
     except OSError as error:
         place = error.filename or given.output
         raise CommandError(f"{place}: {error.strerror}; give a file in a writable folder") from error

@@ -7,11 +7,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from appliance.cli.common import add_config
-from appliance.command_options import CommandError
 from appliance.service import systemd as service
 from appliance.supervisor import settings as settings_file
 from appliance.supervisor.settings import PlcSettings, Settings, state_folder
-from appliance.supervisor.start_gate import StartRefusedError
 from appliance.supervisor.supervisor import Supervisor
 from plc.registers import REGISTERS
 from plc.security.addresses import EVERY, served_in_words
@@ -39,10 +37,7 @@ def run_replay(given: argparse.Namespace) -> None:
 def _serve(load: Callable[[], Settings]) -> None:
     settings = load()
     service.start_log()
-    try:
-        asyncio.run(_supervise(settings, load))
-    except StartRefusedError as error:
-        raise CommandError(str(error)) from error
+    asyncio.run(_supervise(settings, load))
 
 
 async def _supervise(settings: Settings, load: Callable[[], Settings]) -> None:

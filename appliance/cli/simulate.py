@@ -31,18 +31,14 @@ def add_simulate(command: argparse.ArgumentParser) -> None:
 
 
 def run_simulate(given: argparse.Namespace) -> None:
-    from appliance.simulation.write_recording import OutputError
 
-    try:
-        with progress("picture") as on_progress:
-            if given.scene == "thermal":
-                _write_thermal(given)
-            elif given.scene.partition("-")[0] == INGOTS:
-                _write_ingots(given, on_progress)
-            else:
-                _write_stereo(given, on_progress)
-    except OutputError as error:
-        raise CommandError(str(error)) from error
+    with progress("picture") as on_progress:
+        if given.scene == "thermal":
+            _write_thermal(given)
+        elif given.scene.partition("-")[0] == INGOTS:
+            _write_ingots(given, on_progress)
+        else:
+            _write_stereo(given, on_progress)
     print(f"{given.output}: {given.frames} frames of the scene {given.scene}, with truth")
     if given.scene.partition("-")[0] == INGOTS:
         print(f"  next: hotgauge orient {given.output}/seq01 --references {given.output} --output ends.jsonl")

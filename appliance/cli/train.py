@@ -4,7 +4,6 @@ import argparse
 from pathlib import Path
 
 from appliance.cli.common import progress, whole_number
-from appliance.command_options import CommandError
 
 PATCHES = 40_000  # of each tree of the edge forest
 
@@ -19,17 +18,14 @@ def add_train_edges(command: argparse.ArgumentParser) -> None:
 
 
 def run_train_edges(given: argparse.Namespace) -> None:
-    from appliance.training.edge_forest import BsdsSource, SceneSource, TrainingError, check_output, train, write
+    from appliance.training.edge_forest import BsdsSource, SceneSource, check_output, train, write
 
     command = f"hotgauge train-edges --output {given.output.name} --seed {given.seed} --patches {given.patches}"
-    try:
-        check_output(given.output)
-        source = SceneSource() if given.bsds is None else BsdsSource(given.bsds)
-        with progress("patch") as show:
-            forest, record = train(source, given.seed, given.patches, command, show)
-        write(forest, record, given.output)
-    except TrainingError as error:
-        raise CommandError(str(error)) from error
+    check_output(given.output)
+    source = SceneSource() if given.bsds is None else BsdsSource(given.bsds)
+    with progress("patch") as show:
+        forest, record = train(source, given.seed, given.patches, command, show)
+    write(forest, record, given.output)
     minutes, seconds = divmod(round(record.cpu_seconds), 60)
     print(f"forest        {record.trees} trees of {record.patches_per_tree} patches, {record.nodes} nodes in all")
     print(f"time, memory  {minutes} min {seconds} s of one core, {record.peak_memory_mb} MB")

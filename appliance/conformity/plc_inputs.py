@@ -6,7 +6,6 @@ a thread. Trouble with the disk is a fault, and what the PLC has written still c
 
 import asyncio
 import json
-import os
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -14,6 +13,8 @@ from pathlib import Path
 from typing import cast
 
 from appliance.conformity.set_points import SetPoints
+from appliance.errors import HotgaugeError
+from appliance.files.atomic_file import whole_file
 from plc.registers import REGISTERS
 from plc.rows import select
 
@@ -28,7 +29,7 @@ _NOT_KEPT = {"plc_heartbeat"}
 _ROWS = {row.name: row for row in select(REGISTERS, "holding", "rw") if row.name not in _NOT_KEPT}
 
 
-class PlcInputsError(Exception):
+class PlcInputsError(HotgaugeError):
     """The file cannot be used; the message says why."""
 
 
@@ -66,12 +67,8 @@ def _is_possible(name: str, number: object) -> bool:
 def write(file: Path, written: Mapping[str, int | bool]) -> None:
     """Replace the file whole, so that a power cut leaves the old one or the new one; raises OSError."""
     file.parent.mkdir(parents=True, exist_ok=True)
-    new = file.with_suffix(".new")
-    with new.open("w", encoding="utf-8") as text:
+    with whole_file(file) as text:
         json.dump(written, text, indent=1)
-        text.flush()
-        os.fsync(text.fileno())
-    new.replace(file)
 
 
 class PlcInputs:

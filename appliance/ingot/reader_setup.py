@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from appliance.cameras.recording.pairs import read_picture
 from appliance.cameras.source import CameraError
+from appliance.errors import HotgaugeError
 from appliance.ingot.settings import IngotDecisionSettings, IngotLimits, IngotSettings
 from vision.ingot.end_finder import Box, EndFinder, EndLimits
 from vision.ingot.orientation_reader import IngotView, OrientationReader, References
@@ -21,7 +22,7 @@ CROP_SHARE = (0.25, 0.2, 0.5, 0.8)
 CENTROID_SHARE = (0.33, 0.3, 0.34, 0.55)
 
 
-class ReferencesError(Exception):
+class ReferencesError(HotgaugeError):
     """References, regions or limits cannot be used; the message says what, where and what to do."""
 
 

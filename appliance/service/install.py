@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from appliance.errors import HotgaugeError
 from appliance.service import systemd as service
 
 CONFIG = Path("etc/hotgauge/hotgauge.toml")
@@ -17,7 +18,7 @@ STATE = Path("var/lib/hotgauge")
 HOMES = (Path("/home"), Path("/root"), Path("/run/user"))
 
 
-class InstallError(Exception):
+class InstallError(HotgaugeError):
     """The computer cannot be set up or taken down; the message says what, where and what to do."""
 
 

@@ -11,10 +11,11 @@ from typing import TypeVar
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from appliance.errors import HotgaugeError
 from appliance.settings.table import Kind, SettingRow, as_toml, table
 
 
-class SettingsError(Exception):
+class SettingsError(HotgaugeError):
     """The settings file cannot be used; the message names file, key, what is wrong and what is allowed."""
 
 

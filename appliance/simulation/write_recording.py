@@ -12,6 +12,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from appliance.errors import HotgaugeError
 from appliance.simulation.bars.bars import bar_at, truth
 from appliance.simulation.bars.line_scene import Picture, Scene
 from appliance.simulation.bars.study_scenes import set_up
@@ -33,7 +34,7 @@ JPEG_OPTIONS = [
 SIDES = ("left", "right")
 
 
-class OutputError(Exception):
+class OutputError(HotgaugeError):
     """The recording cannot be written; the message says what, where and what to do."""
 
 

@@ -4,10 +4,12 @@ from typing import Any
 
 import numpy as np
 
+from appliance.errors import HotgaugeError
+
 DOTS_PER_INCH = 100
 
 
-class PlotsMissingError(Exception):
+class PlotsMissingError(HotgaugeError):
     """The plotting library is not installed; the message says what to do."""
 
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Protocol, Self
 from pydantic import Field
 
 from appliance.cameras.settings import ExposureSettings, LivenessSettings
+from appliance.errors import HotgaugeError
 from appliance.settings.section import Section, unit
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from vision.readings import SizeReading
 
 
-class ScaleError(Exception):
+class ScaleError(HotgaugeError):
     """What makes millimetres of pixels cannot be used; the message says what, where and what to do.
 
     Attributes

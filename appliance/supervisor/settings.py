@@ -94,6 +94,13 @@ class PlcSettings(Section):
         description="Time without a change of plc_heartbeat, once it was written, that is an alarm",
         json_schema_extra=unit("s"),
     )
+    shelving_min: float = Field(
+        default=30.0,
+        gt=0,
+        le=480,
+        description="Time after which a shelved alarm is shown again",
+        json_schema_extra=unit("min"),
+    )
     state_directory: FilePath | None = Field(
         default=None,
         description="Folder that keeps set points over a restart; without: the service manager's, or none",

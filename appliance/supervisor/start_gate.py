@@ -3,8 +3,10 @@
 import asyncio
 from collections.abc import Iterable
 
+from appliance.errors import HotgaugeError
 
-class StartRefusedError(Exception):
+
+class StartRefusedError(HotgaugeError):
     """The appliance cannot start with these settings; the message says what, where and what to do."""
 
 

@@ -7,6 +7,7 @@ babbles, or a disk that is full, changes what is published, never whether someth
 import asyncio
 import contextlib
 import logging
+import math
 import time
 from collections.abc import Callable, Mapping
 
@@ -192,11 +193,19 @@ class Supervisor:
 
     def _receive_write(self, changed: Mapping[str, int | bool]) -> None:
         self._inputs.add(changed)
+        self._shelve(changed)
         if changed.get("acknowledge"):
             self._alarms.acknowledge()
             self._faults.acknowledge()
         if set(changed) != {"plc_heartbeat"}:
             self._news.set()
+
+    def _shelve(self, changed: Mapping[str, int | bool]) -> None:
+        """Shelve alarms whose command has come, and show those again whose command was taken back."""
+        until_s = time.monotonic() + 60 * self._settings.plc.shelving_min
+        for name, level in changed.items():
+            if name.startswith("shelve_"):
+                self._alarms.shelve(f"alarm_{name.removeprefix('shelve_')}", until_s if level else -math.inf)
 
     def _publish(self) -> None:
         now_s = time.monotonic()
@@ -231,6 +240,7 @@ class Supervisor:
             "heartbeat": int((now_s - self._started_s) / HEARTBEAT_PERIOD_S),
             "device_state": max(self._faults.state, DeviceState.FUNCTION_CHECK if check else DeviceState.GOOD),
             "alarm_word": self._alarms.word,
+            "alarms_shelved": self._alarms.shelved_word,
             "fault_word": self._faults.word,
             "clients_refused": self._server.refused,
             "running": self._sizing.running,

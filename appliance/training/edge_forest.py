@@ -13,6 +13,7 @@ import numpy as np
 from scipy import io  # pyright: ignore[reportMissingTypeStubs]
 from scipy.io.matlab import MatReadError  # pyright: ignore[reportMissingTypeStubs]
 
+from appliance.errors import HotgaugeError
 from appliance.training import edge_scenes
 from vision.edges.forest.model import StructuredForest
 from vision.edges.forest.training import Example, forest_of, train_tree
@@ -23,7 +24,7 @@ TREES_EVALUATED = 4
 SCENE_EXAMPLES = 400  # of each tree
 
 
-class TrainingError(Exception):
+class TrainingError(HotgaugeError):
     """There is nothing to train from, or nowhere to write to; the message says what to do."""
 
 

@@ -19,7 +19,7 @@ from appliance.ingot.reader_setup import make_reader
 from appliance.ingot.settings import IngotSettings
 from appliance.simulation.ingots.conditions import ingot_sequence
 from vision.ingot.classifiers.similarity import SIZE, as_reference
-from vision.ingot.classifiers.wrinkles import LARGEST, WrinkleOdds
+from vision.ingot.classifiers.wrinkles import LARGEST_DEVIATION, WrinkleOdds
 from vision.ingot.end_finder import Box, End
 from vision.ingot.end_image import end_image
 from vision.ingot.orientation_reader import IngotView, References
@@ -63,7 +63,7 @@ def main() -> None:
             tops += [face.is_top] * len(images)
     values, labels = np.array(measured), np.array(tops, float)
     mean, deviation = values.mean(axis=0), values.std(axis=0)
-    weights, constant = fit(np.clip((values - mean) / deviation, -LARGEST, LARGEST), labels)
+    weights, constant = fit(np.clip((values - mean) / deviation, -LARGEST_DEVIATION, LARGEST_DEVIATION), labels)
     for name, numbers in (("MEAN", mean), ("DEVIATION", deviation), ("WEIGHT", weights)):
         print(f"{name} = np.array([{', '.join(f'{number:.4g}' for number in numbers)}])")
     print(f"CONSTANT = {constant:.4g}")

@@ -27,7 +27,6 @@ def certificates(tmp_path):
     return folder
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("plain", ["true", "false"])
 def test_writes_by_tls_work_by_role_and_are_logged(tmp_path, certificates, plain):
     port, secure = free_port(), free_port()

@@ -28,7 +28,6 @@ def starved(tmp_path):
         yield gauge, log
 
 
-@pytest.mark.slow
 def test_clients_beyond_the_descriptors_end_nothing_and_a_killed_measuring_process_comes_back(starved):
     gauge, log = starved
     with gauge.wire() as plc, contextlib.ExitStack() as others:

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-EDGE_SHARE = 0.2  # of the strongest gradient: weaker ones are texture and noise
-VOTE_BLUR_PX = 5
-RAYS = 61
-STEP_PX = 0.5
-FIT_ROUNDS = 8  # points that still come and go after so many lie on no circle
-ARC_TOLERANCE = 0.04  # of the radius, and at least a pixel: points further away belong to something else
+EDGE_SHARE = 0.2  # chosen: gradients below 20 % of the strongest are texture and noise
+VOTE_SMOOTHING_PX = 5  # chosen: side of the square over which votes for a centre are averaged
+RAY_COUNT = 61  # chosen: rays to the lower arc, one every 3 degrees or so
+RAY_STEP_PX = 0.5  # chosen: distance of the samples along a ray
+MOST_FIT_ROUNDS = 8  # chosen: points that still change after so many rounds lie on no circle
+ARC_TOLERANCE_SHARE = 0.04  # chosen, of the radius, and at least a pixel: points further off belong to something else
 
 
 class Circle(NamedTuple):
@@ -35,7 +35,7 @@ def vote_for_circle(warmth: NDArray[np.uint8], hot: NDArray[np.uint8], radius_px
     warmth : ndarray of uint8, shape (rows, columns)
         Bright where it is hot.
     hot : ndarray of uint8, shape (rows, columns)
-        Not 0 on hot pixels; edges elsewhere are not looked at.
+        Not 0 on hot pixels; edges elsewhere do not vote.
     radius_px : tuple of float
         Smallest and largest radius.
 
@@ -59,7 +59,7 @@ def vote_for_circle(warmth: NDArray[np.uint8], hot: NDArray[np.uint8], radius_px
     center_y = np.rint(y[:, None] + along[1][:, None] * radii).astype(int)
     inside = (center_x >= 0) & (center_x < columns) & (center_y >= 0) & (center_y < rows)
     votes = np.bincount((center_y * columns + center_x)[inside], minlength=rows * columns).reshape(rows, columns)
-    votes = cv2.blur(votes.astype(np.float32), (VOTE_BLUR_PX, VOTE_BLUR_PX))
+    votes = cv2.blur(votes.astype(np.float32), (VOTE_SMOOTHING_PX, VOTE_SMOOTHING_PX))
     best_y, best_x = np.unravel_index(int(np.argmax(votes)), votes.shape)
     return _with_radius(float(best_x), float(best_y), np.stack([x, y]).astype(float), along, radii)
 
@@ -99,7 +99,7 @@ def fit_lower_arc(warmth: NDArray[np.uint8], start: Circle, arc: float) -> Circl
     circle = start
     for _ in range(2):
         edge_x, edge_y = _lower_edge(warmth, circle)
-        fitted = _robust_circle(edge_x, edge_y, arc * RAYS)
+        fitted = _robust_circle(edge_x, edge_y, arc * RAY_COUNT)
         if fitted is None or not 0.5 * start.radius < fitted.radius < 1.5 * start.radius:
             return None
         circle = fitted
@@ -108,8 +108,8 @@ def fit_lower_arc(warmth: NDArray[np.uint8], start: Circle, arc: float) -> Circl
 
 def _lower_edge(warmth: NDArray[np.uint8], circle: Circle) -> tuple[Array, Array]:
     """First half-level crossing outwards along each ray; rays without one are left out."""
-    angle = np.linspace(np.radians(-5), np.radians(185), RAYS)
-    radius = np.arange(0.6 * circle.radius, 1.5 * circle.radius, STEP_PX)
+    angle = np.linspace(np.radians(-5), np.radians(185), RAY_COUNT)
+    radius = np.arange(0.6 * circle.radius, 1.5 * circle.radius, RAY_STEP_PX)
     cosine, sine = np.cos(angle)[:, None], np.sin(angle)[:, None]
     map_x = (circle.x + radius * cosine).astype(np.float32)
     map_y = (circle.y + radius * sine).astype(np.float32)
@@ -122,7 +122,7 @@ def _lower_edge(warmth: NDArray[np.uint8], circle: Circle) -> tuple[Array, Array
     ray = np.flatnonzero(first > 0)
     after, before = rays[ray, first[ray]], rays[ray, first[ray] - 1]
     share = (before - level[ray]) / np.maximum(before - after, 1e-9)
-    edge = radius[0] + STEP_PX * (first[ray] - 1 + np.clip(share, 0, 1))
+    edge = radius[0] + RAY_STEP_PX * (first[ray] - 1 + np.clip(share, 0, 1))
     return circle.x + edge * np.cos(angle[ray]), circle.y + edge * np.sin(angle[ray])
 
 
@@ -140,12 +140,12 @@ def _least_squares(x: Array, y: Array) -> Circle:
 def _robust_circle(x: Array, y: Array, least: float) -> Circle | None:
     """Least squares, repeated on the points that lie near; None when fewer than `least` do."""
     near = np.ones(x.size, bool)
-    for _ in range(FIT_ROUNDS):
+    for _ in range(MOST_FIT_ROUNDS):
         if np.count_nonzero(near) < max(least, 3):
             return None
         circle = _least_squares(x[near], y[near])
         off = np.abs(np.hypot(x - circle.x, y - circle.y) - circle.radius)
-        tolerance = max(1.0, ARC_TOLERANCE * circle.radius)
+        tolerance = max(1.0, ARC_TOLERANCE_SHARE * circle.radius)
         before, near = near, off < max(tolerance, 2 * float(np.median(off[near])))
         if np.array_equal(near, before):
             return circle if np.count_nonzero(off < tolerance) >= least else None

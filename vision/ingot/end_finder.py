@@ -18,9 +18,9 @@ from vision.reasons import IngotReason
 Picture = NDArray[np.uint8]
 Mask = NDArray[np.uint8]
 
-WIDE_RADIUS = (0.02, 0.11)  # of the picture's width
-AREA_SHARE = (3.2, 7.5)  # of an ingot's region, in squares of its end's radius
-BODY_WIDTH = 1.15  # half width of what belongs to an ingot, in radii of its end
+WIDE_RADIUS_SHARES = (0.02, 0.11)  # chosen: radii of ends of any size, over the picture's width
+AREA_FACTORS = (3.2, 7.5)  # chosen: area of an ingot's region over the square of its end's radius
+BODY_HALF_WIDTH = 1.15  # chosen: half width of an ingot's body, in radii of its end
 
 
 class Box(NamedTuple):
@@ -32,13 +32,19 @@ class Box(NamedTuple):
     height: int
 
     def holds(self, x: float, y: float) -> bool:
-        """Whether a point lies inside."""
+        """Whether a point lies inside.
+
+        Parameters
+        ----------
+        x, y : float
+            Full-image pixels.
+        """
         return self.x <= x < self.x + self.width and self.y <= y < self.y + self.height
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EndLimits:
-    """What an end on the line may look like; the first three are those of algorithm 15.
+    """Limits of an end on the line; the first three are those of algorithm 15.
 
     Attributes
     ----------
@@ -68,14 +74,14 @@ class EndLimits:
 
     @classmethod
     def wide(cls, columns: int) -> "EndLimits":
-        """Limits for ends of any size that is worth looking at, in pictures of so many columns."""
-        radius_px = WIDE_RADIUS[0] * columns, WIDE_RADIUS[1] * columns
+        """Limits for ends of any plausible size, in pictures of so many columns."""
+        radius_px = WIDE_RADIUS_SHARES[0] * columns, WIDE_RADIUS_SHARES[1] * columns
         return cls(area_px=cls.area_of(radius_px), radius_px=radius_px)
 
     @staticmethod
     def area_of(radius_px: tuple[float, float]) -> tuple[float, float]:
         """Areas of ingots that lie on the line, from the radii of their ends."""
-        return AREA_SHARE[0] * radius_px[0] ** 2, AREA_SHARE[1] * radius_px[1] ** 2
+        return AREA_FACTORS[0] * radius_px[0] ** 2, AREA_FACTORS[1] * radius_px[1] ** 2
 
     def __post_init__(self) -> None:
         for name, (least, most) in (("area_px", self.area_px), ("radius_px", self.radius_px)):
@@ -122,7 +128,7 @@ class EndFinder:
     Parameters
     ----------
     crop : Box
-        Part of the picture that is looked at.
+        Part of the picture that is searched.
     centroid : Box
         Where the centroid of an ingot on the line may be.
     limits : EndLimits
@@ -274,8 +280,8 @@ def _described(labels: NDArray[Any], label: int, box: Box, centroid: NDArray[np.
 
 def _beside(hot: Mask, circle: Circle) -> Mask:
     """Hot pixels above and around an end, without glare that lies beside or below."""
-    left, right = (max(0, round(circle.x + side * BODY_WIDTH * circle.radius)) for side in (-1, 1))
-    below = max(0, round(circle.y + BODY_WIDTH * circle.radius))
+    left, right = (max(0, round(circle.x + side * BODY_HALF_WIDTH * circle.radius)) for side in (-1, 1))
+    below = max(0, round(circle.y + BODY_HALF_WIDTH * circle.radius))
     part = np.zeros_like(hot)
     part[:below, left:right] = hot[:below, left:right]
     return part

@@ -1,4 +1,4 @@
-"""One decision per ingot: follows it from its first picture on the line and adds up what its pictures say.
+"""One decision per ingot: the evidence of its pictures, added up from the first one on the line.
 
 A sequential test after Wald (doi:10.1214/aoms/1177731118): evidence is added until one of two bounds is passed.
 Pictures of one ingot show the same face and err together, so n of them count as n / (1 + (n - 1) rho) independent ones.
@@ -11,12 +11,12 @@ from vision.ingot.classifiers.ssim import Orientation
 from vision.readings import OrientationReading
 from vision.reasons import IngotReason
 
-LIFT = 0.1  # of the radius: an end that has moved further up in the picture was lifted
+LIFT_SHARE = 0.1  # chosen, of the radius: an end that has moved further up in the picture was lifted
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DecisionRule:
-    """When enough is known, and which pictures belong to one ingot.
+    """Bounds of the evidence for a decision, and the pictures that belong to one ingot.
 
     Attributes
     ----------
@@ -60,7 +60,19 @@ class DecisionRule:
             raise ValueError(f"correlation must be from 0 to below 1, got {self.correlation}")
 
     def decide(self, evidence: float, frames: int) -> Orientation:
-        """Orientation that the evidence of so many pictures allows to state."""
+        """Orientation that the evidence allows.
+
+        Parameters
+        ----------
+        evidence : float
+            Natural logarithm of the odds of a top against a bottom.
+        frames : int
+            Pictures that it comes from.
+
+        Returns
+        -------
+        {"top", "bottom", "undecided"}
+        """
         if frames < self.least_frames:
             return "undecided"
         late = frames >= self.late_frames
@@ -73,7 +85,7 @@ class DecisionRule:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IngotDecision:
-    """What is known of one ingot.
+    """Orientation of one ingot, and the evidence for it.
 
     Attributes
     ----------
@@ -130,7 +142,7 @@ class IngotFollower:
 
     @property
     def current(self) -> IngotDecision | None:
-        """What is known of the ingot on the line; None without one."""
+        """Decision on the ingot on the line, or its evidence so far; None without an ingot."""
         now = self._now
         if now is None or not now.number:
             return None
@@ -161,7 +173,13 @@ class IngotFollower:
         return ended + self._add(self._now, frame, reading)
 
     def end(self) -> list[IngotDecision]:
-        """The ingot on the line is gone, or nothing more will come; its decision if it was not told before."""
+        """End the ingot on the line: it is gone, or no more pictures come.
+
+        Returns
+        -------
+        list of IngotDecision
+            Its decision, unless `take` returned it before.
+        """
         now, self._now = self._now, None
         if now is None or not now.number or now.decided is not None:
             return []
@@ -193,7 +211,7 @@ class IngotFollower:
     def _lies(self, now: _Followed, reading: OrientationReading) -> bool:
         """Whether it moved no faster than the line since it was last seen, and not up, as only the crane moves it."""
         longest = self._rule.still * reading.radius * (1 + now.missing)
-        return _way(now.last, reading) <= longest and reading.center_y > now.last.center_y - LIFT * reading.radius
+        return _way(now.last, reading) <= longest and reading.center_y > now.last.center_y - LIFT_SHARE * reading.radius
 
     def _decide(self, now: _Followed, frame: int) -> list[IngotDecision]:
         if now.decided is not None or self._rule.decide(self._evidence(now), now.frames) == "undecided":

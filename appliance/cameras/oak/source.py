@@ -25,10 +25,10 @@ from appliance.cameras.source import CameraError, Frame, FramePair
 os.environ["DEPTHAI_AUTOCALIBRATION"] = "OFF"  # both are read when the library is loaded
 os.environ.setdefault("DEPTHAI_LEVEL", "error")
 
-WAITING = 8  # pictures of a camera that wait to be taken
+QUEUE_PICTURES = 8  # pictures of a camera that wait to be taken
 TEMPERATURE_PERIOD_S = 5.0
-AT_ONCE = timedelta(microseconds=1)  # `get` lets other threads run while it waits for a queue; `tryGet` does not
-CLOSED = cast("type[Exception]", dai.MessageQueue.QueueException)  # pyright: ignore[reportUnknownMemberType]
+NO_WAIT = timedelta(microseconds=1)  # `get` lets other threads run while it waits for a queue; `tryGet` does not
+QUEUE_CLOSED_ERROR = cast("type[Exception]", dai.MessageQueue.QueueException)  # pyright: ignore[reportUnknownMemberType]
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +137,7 @@ class _Open:
         self._pipeline.setStopOnDeviceLoss(stop=True)
         try:
             self.cameras = fill(self._pipeline)
-            self._queues = [output.createOutputQueue(WAITING, blocking=False) for output in self.cameras.outputs]
+            self._queues = [output.createOutputQueue(QUEUE_PICTURES, blocking=False) for output in self.cameras.outputs]
             self._pipeline.start()
         except RuntimeError as error:
             self.close()
@@ -157,7 +157,7 @@ class _Open:
         """Next picture of a camera; None when none came in time, `CameraError` when the device is lost."""
         try:
             frame = cast("dai.ImgFrame | None", self._queues[side].get(wait))
-        except CLOSED as error:
+        except QUEUE_CLOSED_ERROR as error:
             raise CameraError("an OAK camera is gone; check cable and power") from error
         return None if frame is None else self._exposure(frame)
 
@@ -241,7 +241,7 @@ class OakSource:
         wait_s = max(until_s - time.monotonic(), 0.001)
         self._add(self._pairing.behind, timedelta(seconds=wait_s))
         for side in (0, 1):
-            while self._add(side, AT_ONCE):
+            while self._add(side, NO_WAIT):
                 pass
         return self._pairing.take()
 
@@ -284,7 +284,7 @@ class OakPictureSource:
     def next(self, timeout_s: float) -> Frame | None:
         """Newest picture; None when none came in time, `CameraError` when the device is lost."""
         newest = self._open.take(0, timedelta(seconds=timeout_s))
-        while (later := self._open.take(0, AT_ONCE)) is not None:
+        while (later := self._open.take(0, NO_WAIT)) is not None:
             newest = later
         if newest is None:
             return None

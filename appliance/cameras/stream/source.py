@@ -20,8 +20,8 @@ from appliance.cameras.stream.settings import StreamCamera, StreamPictures
 
 OPEN_TIME_S = 8.0
 READ_TIME_S = 3.0  # a network camera that sends nothing for so long is gone
-DEVICE = "/dev/"
-TIMES = [
+DEVICE_FOLDER = "/dev/"
+TIMEOUT_OPTIONS = [
     cv2.CAP_PROP_OPEN_TIMEOUT_MSEC, round(1000 * OPEN_TIME_S),
     cv2.CAP_PROP_READ_TIMEOUT_MSEC, round(1000 * READ_TIME_S),
 ]  # fmt: skip
@@ -199,8 +199,8 @@ class _Stream:
 
 
 def _open(address: str) -> cv2.VideoCapture:
-    if not address.startswith(DEVICE):
-        return cv2.VideoCapture(address, cv2.CAP_FFMPEG, TIMES)
+    if not address.startswith(DEVICE_FOLDER):
+        return cv2.VideoCapture(address, cv2.CAP_FFMPEG, TIMEOUT_OPTIONS)
     capture = cv2.VideoCapture(address, cv2.CAP_V4L2)
     capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)  # old pictures in a queue would be taken for new ones
     return capture

@@ -18,7 +18,7 @@ from vision.sizing.conveyor.gauge import ConveyorGauge
 Picture = NDArray[np.uint8]
 
 DRAWN_LEVEL = 230  # of the bar that warms up
-TROUBLE = {
+BARRIER_TROUBLES = {
     Reason.BARRIER_HIDDEN: "no pair of barriers shows along the line, or more than a fifth of one is hidden",
     Reason.BARRIER_BENT: "a barrier is not straight in the picture",
 }
@@ -70,8 +70,8 @@ class TimedConveyorGauge:
         """Raise `EmptyLineError` when the barriers are hidden or bent, so that nothing can ever be measured."""
         if isinstance(self.barriers, Reason):
             raise EmptyLineError(
-                f"{self.name}: {TROUBLE[self.barriers]}; clear the line, or set sizing.conveyor.background to a "
-                "picture of it without a bar"
+                f"{self.name}: {BARRIER_TROUBLES[self.barriers]}; clear the line, or set sizing.conveyor.background "
+                "to a picture of it without a bar"
             )
 
     def warm_up(self) -> None:

@@ -33,10 +33,7 @@ class ConveyorMeasuring(Measuring):
 
     def run(self, given: argparse.Namespace) -> None:
         """Measure with the barriers as ruler; see `Measuring.run`."""
-        from appliance.cameras.source import CameraError
-        from appliance.sizing.conveyor.empty_line import EmptyLineError
         from appliance.sizing.conveyor.measure_recording import measure_conveyor
-        from appliance.sizing.figures import PlotsMissingError
         from vision.sizing.conveyor.camera_view import ConveyorReference
 
         if given.barrier_mm is None:
@@ -47,14 +44,11 @@ class ConveyorMeasuring(Measuring):
             reference = ConveyorReference(given.barrier_mm, given.barrier_height_mm, given.camera_height_mm)
         except ValueError as error:
             raise CommandError(f"--barrier-mm, --barrier-height-mm, --camera-height-mm: {error}") from error
-        try:
-            measure_conveyor(
-                given.recording,
-                given.output,
-                reference,
-                background=given.background,
-                compensation_mm=given.compensation_mm or 0.0,
-                plots=given.plot,
-            )
-        except (CameraError, EmptyLineError, PlotsMissingError) as error:
-            raise CommandError(str(error)) from error
+        measure_conveyor(
+            given.recording,
+            given.output,
+            reference,
+            background=given.background,
+            compensation_mm=given.compensation_mm or 0.0,
+            plots=given.plot,
+        )

@@ -1,4 +1,4 @@
-"""Plots of the conveyor method along a recording: the source's four experiments frame by frame, and what is served."""
+"""Plots of the conveyor method along a recording: the dissertation's four experiments by frame, and the diameter."""
 
 from pathlib import Path
 from typing import Any
@@ -47,7 +47,7 @@ class ConveyorPlots:
         folder.mkdir(parents=True, exist_ok=True)
 
     def add(self, frame: int, picture: NDArray[np.uint8], reading: SizeReading) -> None:
-        """Take the next frame's reading, and size its picture in the source's four ways."""
+        """Take the next frame's reading, and size its picture in the dissertation's four ways."""
         self._readings.append((frame, reading))
         if isinstance(self._barriers, Reason) or not reading.valid:
             return
@@ -62,7 +62,7 @@ class ConveyorPlots:
         self._frames()
 
     def _experiments(self) -> None:
-        """Mean and deviation of each frame in the four experiments, like figure 3.22 of the source."""
+        """Mean and deviation of each frame in the four experiments, like figure 3.22 of the dissertation."""
         figure = self._new_figure(figsize=(11, 5.5), layout="constrained")
         for axes, (panel, numbers) in zip(figure.subplots(1, 2, sharey=True), PANELS.items(), strict=True):
             for place, number in enumerate(numbers):

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from appliance.cameras.recording.pairs import read_picture
+from appliance.errors import HotgaugeError
 from appliance.sizing.stereo.rig_file import RigError, load_rig
 from vision.alignment.view_alignment import Alignment
 from vision.alignment.virtual_boards import VirtualBoards
@@ -25,7 +26,7 @@ Picture = NDArray[np.uint8]
 SUFFIXES = (".png", ".jpg", ".jpeg")
 
 
-class FusionError(Exception):
+class FusionError(HotgaugeError):
     """A pair cannot be fused; the message says why and what to do."""
 
 

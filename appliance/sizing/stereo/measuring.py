@@ -23,10 +23,7 @@ class StereoMeasuring(Measuring):
 
     def run(self, given: argparse.Namespace) -> None:
         """Measure with the rig file; see `Measuring.run`."""
-        from appliance.cameras.source import CameraError
-        from appliance.sizing.figures import PlotsMissingError
         from appliance.sizing.stereo.measure_recording import measure_recording
-        from appliance.sizing.stereo.rig_file import RigError
         from vision.edges.operators import EDGE_METHODS
         from vision.sizing.virtual_board.gauge import FUSIONS
 
@@ -37,15 +34,12 @@ class StereoMeasuring(Measuring):
                 raise CommandError(f"--{option}: only virtual boards have it; add --method virtual-board")
         edges = one_of(EDGE_METHODS, given.edges or "forest", "--edges")
         fusion = one_of(FUSIONS, given.fusion or "none", "--fusion")
-        try:
-            measure_recording(
-                given.recording,
-                given.rig,
-                given.output,
-                method=given.method,
-                edges=edges,
-                fusion=fusion,
-                plots=given.plot,
-            )
-        except (CameraError, RigError, PlotsMissingError) as error:
-            raise CommandError(str(error)) from error
+        measure_recording(
+            given.recording,
+            given.rig,
+            given.output,
+            method=given.method,
+            edges=edges,
+            fusion=fusion,
+            plots=given.plot,
+        )

@@ -8,7 +8,7 @@ import numpy as np
 from appliance.sizing.figures import DOTS_PER_INCH, figure_class, mark_frames
 from vision.sizing.virtual_board.reading import VirtualBoardReading
 
-BAND_MM = 3.0  # the rolling tolerance of the source, to either side
+BAND_MM = 3.0  # the rolling tolerance of the dissertation, to either side
 WINDOW_PLOTS = 8  # frames, spread over the recording, whose windows are drawn
 
 
@@ -48,7 +48,7 @@ class Plots:
         self._alignment()
 
     def _windows(self, frame: int, reading: VirtualBoardReading) -> None:
-        """Diameter per window with tolerance band and one Sigma, like figure 3.28 of the source."""
+        """Diameter per window with tolerance band and one Sigma, like figure 3.28 of the dissertation."""
         figure = self._new_figure(figsize=(9, 4.5), layout="constrained")
         axes = figure.subplots()
         number = np.arange(1, reading.windows_total + 1)

@@ -1,9 +1,8 @@
 """Calibration files: where a rig is kept between `hotgauge calibrate` and the gauge."""
 
-import os
-import tempfile
 from pathlib import Path
 
+from appliance.files.atomic_file import whole_file
 from appliance.sizing.method import ScaleError
 from vision.calibration.rig import Rig
 
@@ -55,16 +54,7 @@ def save_rig(rig: Rig, path: Path) -> None:
     """
     text = rig.to_json()
     try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        temporary = Path(name)
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8") as file:
-                file.write(text)
-                os.fchmod(file.fileno(), 0o644)
-                file.flush()
-                os.fsync(file.fileno())
-            temporary.replace(path)
-        finally:
-            temporary.unlink(missing_ok=True)
+        with whole_file(path) as file:
+            file.write(text)
     except OSError as error:
         raise RigError(f"{path}: cannot be written ({error.strerror}); give a file in a writable folder") from error

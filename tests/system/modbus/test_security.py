@@ -267,7 +267,6 @@ def test_keys_can_be_read_by_their_owner_only(folder):
     assert {file.stat().st_mode & 0o777 for file in folder.glob("*.key")} == {0o600}
 
 
-@pytest.mark.slow
 def test_ten_thousand_random_writes_without_right_over_all_ports_and_roles_change_nothing(server, folder, written):
     chance = random.Random(20261129)
     viewer, operator, plain = TlsWire(server, folder, "viewer"), TlsWire(server, folder, "operator"), Wire(server.port)

@@ -113,7 +113,7 @@ def test_the_block_is_120_words_without_a_hole():
         (changed("sequence", name="first"), "source of sequence_check"),
         (changed("sequence_check", shows="heartbeat"), "last word"),
         (changed("sequence_check", address=130), "hole before sequence_check"),
-        (changed("hold", address=40), "hole before hold"),
+        (changed("hold", address=40), "overlap of hold"),
         (changed("acknowledge", address=31), "start of commands"),
         (changed("plc_heartbeat", address=65536), "address of plc_heartbeat"),
         (changed("target_diameter", upper=700), "bounds of target_diameter"),

@@ -30,7 +30,7 @@ class Example:
     image : ndarray of float32, shape (rows, columns) or (rows, columns, 3)
         Grey or red-green-blue, 0 to 1.
     segments : tuple of ndarray of integers, shape (rows, columns)
-        Number of each pixel's segment, one array for each opinion; where it is negative nobody can tell, and no patch
+        Number of each pixel's segment, one array for each opinion; negative where the segment is unknown, and no patch
         is drawn.
     """
 

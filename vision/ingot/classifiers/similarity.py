@@ -1,4 +1,4 @@
-"""How alike an ingot's end and a reference are: structural similarity, eq. 6.1 to 6.3 (doi:10.1109/TIP.2003.819861)."""
+"""Similarity of an ingot's end and a reference: structural similarity, eq. 6.1 to 6.3 (doi:10.1109/TIP.2003.819861)."""
 
 import math
 from typing import NamedTuple
@@ -13,9 +13,9 @@ from vision.pictures import check_shape, grey
 
 Picture = NDArray[np.uint8]
 
-SIZE = 64  # rows and columns of ends and references when they are compared
-SIGMA = 1.5
-TRUNCATE = 3.5  # of the Gaussian, in sigmas, as scikit-image has it
+SIZE = 64  # chosen: rows and columns of ends and references when they are compared
+WINDOW_SIGMA_PX = 1.5  # standard deviation of the Gaussian window (doi:10.1109/TIP.2003.819861)
+WINDOW_TRUNCATION_SIGMAS = 3.5  # of the Gaussian window, as in scikit-image
 DATA_RANGE = 255.0
 C1, C2 = (0.01 * DATA_RANGE) ** 2, (0.03 * DATA_RANGE) ** 2
 
@@ -80,16 +80,32 @@ def similarity(image: Picture, reference: Picture, exponents: Exponents = ONES) 
         raise ValueError(f"exponents must not be negative, and not all 0, got {tuple(exponents)}")
     if exponents == ONES:
         s = structural_similarity(
-            image, reference, gaussian_weights=True, sigma=SIGMA, data_range=DATA_RANGE, use_sample_covariance=False
+            image,
+            reference,
+            gaussian_weights=True,
+            sigma=WINDOW_SIGMA_PX,
+            data_range=DATA_RANGE,
+            use_sample_covariance=False,
         )
         return float(np.float64(s))  # pyright: ignore[reportArgumentType]  with gradients it gives more
-    margin = int(TRUNCATE * SIGMA + 0.5)
+    margin = int(WINDOW_TRUNCATION_SIGMAS * WINDOW_SIGMA_PX + 0.5)
     s_map = similarity_map(image, reference, exponents)
     return float(s_map[margin:-margin, margin:-margin].mean())
 
 
 def similarity_map(image: Picture, reference: Picture, exponents: Exponents) -> NDArray[np.float64]:
-    """S around every pixel, the product of its three terms; see `similarity`."""
+    """S around every pixel, the product of its three terms.
+
+    Parameters
+    ----------
+    image, reference : ndarray of uint8, shape (64, 64)
+    exponents : Exponents
+        See `similarity`.
+
+    Returns
+    -------
+    ndarray of float64, shape (64, 64)
+    """
     a, b = image.astype(float), reference.astype(float)
     mu_a, mu_b = _around(a), _around(b)
     variance_a = np.maximum(_around(a * a) - mu_a**2, 0)
@@ -104,7 +120,7 @@ def similarity_map(image: Picture, reference: Picture, exponents: Exponents) -> 
 
 
 def _around(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.asarray(gaussian_filter(values, SIGMA, truncate=TRUNCATE, mode="reflect"))
+    return np.asarray(gaussian_filter(values, WINDOW_SIGMA_PX, truncate=WINDOW_TRUNCATION_SIGMAS, mode="reflect"))
 
 
 def dissimilarity(s: float, c0: float = 1.0) -> float:

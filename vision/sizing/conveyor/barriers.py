@@ -1,7 +1,8 @@
 """The barriers of an empty conveyor as straight lines in the picture (algorithm 6 of the dissertation).
 
-The only reference of a camera that was never calibrated: two barriers, parallel, a known distance apart. The rolling
-direction has to run up and down the picture, and the barriers have to be brighter than the conveyor between them.
+The barriers are the ruler (known distance) of a camera that was never calibrated: parallel, a known distance apart. The
+rolling direction has to run up and down the picture, and the barriers have to be brighter than the conveyor between
+them.
 """
 
 from dataclasses import dataclass
@@ -24,18 +25,20 @@ Array = NDArray[np.float64]
 Plane = NDArray[np.float32]
 
 SLOPES = np.linspace(-0.7, 0.7, 141)  # of a line, columns per row: 35 degrees to either side of upright
-UPRIGHT_RAD = 0.7  # how far an edge's normal may point away from the rows
-LINES_MOST = 12  # straight edges that are looked at, the longest first
-LINE_LEAST = 0.2  # of the picture's rows: shorter ones are no barriers
-NEAR_PX = 2.5  # of a line: its pixels; twice that is the mask of algorithm 6
-SIDE_PX = 4.0  # from a line: where it is told which side is brighter
-SAMPLES_PX = np.arange(-8.0, 6.25, 0.25)  # along a profile, from the conveyor to the barrier, which may be narrow
-SHOWS = 0.4  # of a clear row's step of light: less is hidden
-SHOWN_LEAST = 0.8  # of the rows: barriers that show less are hidden
-BANDS = 24  # of rows, whose middles tell how straight a barrier is
-SEEN_LEAST = 0.2  # of the rows: of a barrier that shows less it cannot be told where it stands now
-STRAIGHT_PX = 1.0  # from the line through them: its rows; half levels of mere noise are all over the profile
-BENT_PX = 0.3  # root mean square of the bands off a straight line; noise makes a tenth of it
+MOST_NORMAL_ANGLE_RAD = 0.7  # chosen: an upright edge's normal points at most this far away from the rows
+MOST_LINES = 12  # chosen: straight edges that are compared, the longest first
+LEAST_LINE_SHARE = 0.2  # chosen: straight edges over fewer of the picture's rows are no barriers
+LINE_DISTANCE_PX = 2.5  # chosen: pixels this near belong to a line; twice that is the mask of algorithm 6
+SIDE_OFFSET_PX = 4.0  # chosen: the light this far to either side shows which side of a line is brighter
+SAMPLE_OFFSETS_PX = np.arange(-8.0, 6.25, 0.25)  # from the conveyor to the barrier, which may be narrow
+CLEAR_STEP_SHARE = 0.4  # chosen: a row shows the barrier if its step of light is 40 % of the 90th percentile's
+LEAST_SHOWN_SHARE = 0.8  # chosen: a barrier that shows in fewer rows of the empty line is `barrier_hidden`
+LEAST_SEEN_SHARE = 0.2  # chosen: where a barrier shows in fewer rows its place cannot be compared with the empty line's
+BAND_COUNT = 24  # chosen: bands of rows whose medians show whether a barrier is straight
+# A row supports the barrier if its crossing lies within 1 px of the fitted line; in noise, crossings scatter over the
+# 14 px profile.
+LINE_GATE_PX = 1.0
+MOST_BEND_PX = 0.3  # chosen: root mean square of the bands off a straight line; noise makes a tenth of it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,11 +67,22 @@ class Barriers:
         return np.diff(self.columns(row), axis=1)[:, 0]
 
     def pixel_ratio(self, row: Array, spacing_mm: float) -> Array:
-        """Ratio r = w / w_p of eq. 3.2 in rows (n,), mm per pixel."""
+        """Ratio r = w / w_p of eq. 3.2, mm per pixel.
+
+        Parameters
+        ----------
+        row : ndarray of float64, shape (n,)
+        spacing_mm : float
+            w, the barriers' distance.
+
+        Returns
+        -------
+        ndarray of float64, shape (n,)
+        """
         return spacing_mm / self.width_px(row)
 
     def shifted_px(self, light: Plane) -> float | None:
-        """How far the barriers stand in another picture from where they stood in the empty ones.
+        """Distance of the barriers in a picture from their places in the empty ones.
 
         Parameters
         ----------
@@ -77,18 +91,19 @@ class Barriers:
         Returns
         -------
         float or None
-            Farthest distance along a row, pixels; None when a barrier shows in less than `SEEN_LEAST` of the rows.
+            Farthest distance along a row, pixels; None when a barrier shows in less than `LEAST_SEEN_SHARE` of the
+            rows.
         """
         ends = np.array([0.0, len(light) - 1.0])
         farthest = 0.0
         for line, outwards in zip(self.lines, (-1, 1), strict=True):
             rows = _whole_rows(light, line, outwards)
             column, shows = _columns(light, line, outwards, rows)
-            if np.count_nonzero(shows) < SEEN_LEAST * len(light):
+            if np.count_nonzero(shows) < LEAST_SEEN_SHARE * len(light):
                 return None
             found = robust_line(rows[shows], column[shows])
-            straight = np.abs(column - np.polyval(found, rows)) <= STRAIGHT_PX
-            if np.count_nonzero(shows & straight) < SEEN_LEAST * len(light):
+            straight = np.abs(column - np.polyval(found, rows)) <= LINE_GATE_PX
+            if np.count_nonzero(shows & straight) < LEAST_SEEN_SHARE * len(light):
                 return None
             farthest = max(farthest, float(np.abs(np.polyval(found - line, ends)).max()))
         return farthest
@@ -114,8 +129,8 @@ def find_barriers(light: Plane) -> Barriers | Reason:
     Returns
     -------
     Barriers or Reason
-        `barrier_hidden` when a barrier is not found or shows in less than `SHOWN_LEAST` of the rows, `barrier_bent`
-        when one is not straight.
+        `barrier_hidden` when a barrier is not found or shows in less than `LEAST_SHOWN_SHARE` of the rows,
+        `barrier_bent` when one is not straight.
 
     Raises
     ------
@@ -134,7 +149,7 @@ def find_barriers(light: Plane) -> Barriers | Reason:
             return Reason.BARRIER_HIDDEN
         lines.append(found[0])
         straight_px = max(straight_px, found[1])
-    if straight_px > BENT_PX:
+    if straight_px > MOST_BEND_PX:
         return Reason.BARRIER_BENT
     return Barriers(np.array(lines), light)
 
@@ -152,7 +167,7 @@ def across(light: Plane, line: Array, outwards: int, rows: Array, offsets_px: Ar
     rows : ndarray of float64, shape (n,)
         Where the profiles cross the line.
     offsets_px : ndarray of float64, shape (m,)
-        Places on each.
+        Offsets of the samples from the line.
 
     Returns
     -------
@@ -170,14 +185,14 @@ def _straight_edges(light: Plane) -> list[_Edge]:
     edges = detect_edges(light, "forest")
     away = np.minimum(edges.normal_rad, np.pi - edges.normal_rad)
     thin = ridges(edges.strength, edges.normal_rad)
-    row, column = np.nonzero(denoised(binarised(thin, EVERY_EDGE_CONFIDENCE)) & (away <= UPRIGHT_RAD))
+    row, column = np.nonzero(denoised(binarised(thin, EVERY_EDGE_CONFIDENCE)) & (away <= MOST_NORMAL_ANGLE_RAD))
     found: list[_Edge] = []
-    while len(found) < LINES_MOST:
+    while len(found) < MOST_LINES:
         line = _most_voted(row, column, light.shape)
         if line is None:
             break
-        masked = np.abs(column - line[0] * row - line[1]) <= 2 * NEAR_PX
-        if np.ptp(row[masked]) >= LINE_LEAST * len(light):
+        masked = np.abs(column - line[0] * row - line[1]) <= 2 * LINE_DISTANCE_PX
+        if np.ptp(row[masked]) >= LEAST_LINE_SHARE * len(light):
             found.append(_edge(light, row[masked], column[masked]))
         row, column = row[~masked], column[~masked]
     return found
@@ -188,23 +203,23 @@ def _most_voted(row: NDArray[np.int64], column: NDArray[np.int64], shape: tuple[
     rows, columns = shape
     if not row.size:
         return None
-    best, line = LINE_LEAST * rows, None
+    best, line = LEAST_LINE_SHARE * rows, None
     for slope in SLOPES:
         start = column - slope * (row - rows / 2)
-        cell = np.clip(start / NEAR_PX, 0, columns / NEAR_PX).astype(np.int64)
+        cell = np.clip(start / LINE_DISTANCE_PX, 0, columns / LINE_DISTANCE_PX).astype(np.int64)
         votes = np.bincount(cell)
         votes = np.convolve(votes, np.ones(2, dtype=np.int64))  # cell and the one before: no line falls between two
         place = int(np.argmax(votes))
         if votes[place] > best:
-            best, line = float(votes[place]), np.array([slope, place * NEAR_PX - slope * rows / 2])
+            best, line = float(votes[place]), np.array([slope, place * LINE_DISTANCE_PX - slope * rows / 2])
     return line
 
 
 def _edge(light: Plane, row: NDArray[np.int64], column: NDArray[np.int64]) -> _Edge:
     line = robust_line(row.astype(np.float64), column.astype(np.float64))
-    near = np.abs(column - line[0] * row - line[1]) <= NEAR_PX
+    near = np.abs(column - line[0] * row - line[1]) <= LINE_DISTANCE_PX
     rows = np.unique(row[near]).astype(np.float64)
-    levels = across(light, line, 1, rows, np.array([-SIDE_PX, SIDE_PX]))
+    levels = across(light, line, 1, rows, np.array([-SIDE_OFFSET_PX, SIDE_OFFSET_PX]))
     step = np.nanmedian(np.diff(levels, axis=1)) if np.isfinite(levels).all(axis=1).any() else 0.0
     return _Edge(line, float(row[near].mean()), int(np.sign(step)))
 
@@ -227,11 +242,11 @@ def _at_half_level(light: Plane, line: Array, outwards: int) -> tuple[Array, flo
     """Line at half level and how far it is from straight; None when it shows in too few rows."""
     rows = _whole_rows(light, line, outwards)
     column, shows = _columns(light, line, outwards, rows)
-    if np.count_nonzero(shows) < SHOWN_LEAST * len(light):
+    if np.count_nonzero(shows) < LEAST_SHOWN_SHARE * len(light):
         return None
     line = robust_line(rows[shows], column[shows])
     column, shows = _columns(light, line, outwards, rows)
-    if np.count_nonzero(shows) < SHOWN_LEAST * len(light):
+    if np.count_nonzero(shows) < LEAST_SHOWN_SHARE * len(light):
         return None
     return robust_line(rows[shows], column[shows]), _off_straight_px(rows[shows], column[shows])
 
@@ -239,12 +254,12 @@ def _at_half_level(light: Plane, line: Array, outwards: int) -> tuple[Array, flo
 def _whole_rows(light: Plane, line: Array, outwards: int) -> Array:
     """Rows whose profile across a line lies in the picture."""
     rows = np.arange(len(light), dtype=np.float64)
-    return rows[np.isfinite(across(light, line, outwards, rows, SAMPLES_PX)).all(axis=1)]
+    return rows[np.isfinite(across(light, line, outwards, rows, SAMPLE_OFFSETS_PX)).all(axis=1)]
 
 
 def _columns(light: Plane, line: Array, outwards: int, rows: Array) -> tuple[Array, NDArray[np.bool_]]:
-    profile = across(light, line, outwards, rows, SAMPLES_PX)
-    crossings = half_level_crossing(profile, SAMPLES_PX, FIRST_BLUR_PX, expected_px=0.0)
+    profile = across(light, line, outwards, rows, SAMPLE_OFFSETS_PX)
+    crossings = half_level_crossing(profile, SAMPLE_OFFSETS_PX, FIRST_BLUR_PX, expected_px=0.0)
     return crossed_columns(crossings, line, outwards, rows)
 
 
@@ -266,13 +281,13 @@ def crossed_columns(crossings: Crossings, line: Array, outwards: int, rows: Arra
     shows : ndarray of bool, shape (n,)
     """
     step = np.nan_to_num(np.where(np.isfinite(crossings.place_px), crossings.bright - crossings.dark, 0.0))
-    shows = step > SHOWS * np.percentile(step, 90) if len(step) else np.zeros(0, dtype=np.bool_)
+    shows = step > CLEAR_STEP_SHARE * np.percentile(step, 90) if len(step) else np.zeros(0, dtype=np.bool_)
     return line[0] * rows + line[1] + outwards * crossings.place_px * np.hypot(1.0, line[0]), shows
 
 
 def _off_straight_px(row: Array, column: Array) -> float:
-    bands = [np.median(part) for part in np.array_split(column, BANDS)]
-    middle = [part.mean() for part in np.array_split(row, BANDS)]
+    bands = [np.median(part) for part in np.array_split(column, BAND_COUNT)]
+    middle = [part.mean() for part in np.array_split(row, BAND_COUNT)]
     fitted = np.polyval(np.polyfit(middle, bands, 1), middle)
     return float(np.sqrt(np.mean((bands - fitted) ** 2)))
 

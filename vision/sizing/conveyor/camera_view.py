@@ -1,4 +1,4 @@
-"""What two barriers tell of the camera above them: scale, vanishing point and, nearly, its height.
+"""The view of a camera above two barriers: scale, vanishing point and, up to the focal length, its height.
 
 All lines along the conveyor meet in one vanishing point of the picture, v_0 pixels from its middle. Seen from there,
 each line along the conveyor has one slope q = u / (v - v_0), and on a level plane q is proportional to the place x
@@ -16,26 +16,28 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, special
 
-from vision.sizing.conveyor.barriers import SAMPLES_PX, Barriers, across
+from vision.sizing.conveyor.barriers import SAMPLE_OFFSETS_PX, Barriers, across
 
 Array = NDArray[np.float64]
 
-FOCAL_SHARE, FOCAL_SHARE_U = 0.95, 0.18  # of the picture's width: fields of view from 43 to 75 degrees, rectangular
-UNKNOWN_HEIGHT_MM, UNKNOWN_HEIGHT_U_MM = 50.0, 35.0  # of the edge that is seen of barriers of unknown height
-LOWEST, HIGHEST = (-6.0, -2.0, 0.0, 0.0, -0.1), (3.0, 2.0, 2.0, 2.0, 0.1)  # of a foot: place, slope, light
-TILT_U = np.radians(5.0) / np.sqrt(3)  # of a camera that was pointed along the line by eye: 5 degrees, rectangular
-ACROSS_MOST = 0.45  # of W: how far from the middle a camera may hang that sees both inner faces
-FACTOR_MOST = 2.0  # by which the distance of a barrier's two edges may be off before it is fitted
-RESOLVED = 1.0  # of the blur: a face that shows narrower looks like one step that is blurred more
-PROFILE_NOISE = 0.002  # of mean profiles, over full scale
-CORRELATED = 1 / 0.25  # samples a pixel: neighbours have their noise in common
-BANDS = 12  # of rows whose mean profile is fitted
-DARK_PX = 5.0  # from a barrier's edge: surely conveyor
+# Assumed laws, all rectangular and chosen; U_ is the standard uncertainty (docs/methods/conveyor.md).
+FOCAL_SHARE, U_FOCAL_SHARE = 0.95, 0.18  # focal length over the picture's width: fields of view of 43 to 75 degrees
+UNKNOWN_HEIGHT_MM, U_UNKNOWN_HEIGHT_MM = 50.0, 35.0  # height of the edge that is seen of barriers of unknown height
+U_TILT_RAD = np.radians(5.0) / np.sqrt(3)  # of a camera that was pointed along the line by eye, within 5 degrees
+# Bounds of the fit of a barrier's foot: place px, slope px, light of face and of top, level of the conveyor.
+LEAST_FOOT_VALUES, MOST_FOOT_VALUES = (-6.0, -2.0, 0.0, 0.0, -0.1), (3.0, 2.0, 2.0, 2.0, 0.1)
+MOST_ACROSS_SHARE = 0.45  # chosen: a camera that sees both inner faces hangs at most 45 % of W off the middle
+MOST_FACTOR = 2.0  # chosen: the fit may change the distance of a barrier's two edges by this factor
+RESOLVED_BLURS = 1.0  # chosen: a face narrower than the blur looks like one step with more blur, and is not fitted
+PROFILE_NOISE = 0.002  # chosen: noise of mean profiles, over full scale
+CORRELATED_SAMPLES = 1 / 0.25  # samples per pixel: neighbours share their noise
+BAND_COUNT = 12  # chosen: bands of rows whose mean profiles are fitted
+DARK_OFFSET_PX = 5.0  # chosen: this far inwards of a barrier's edge a pixel surely shows the conveyor
 
 
 @dataclass(frozen=True, slots=True)
 class ConveyorReference:
-    """What is known of the line.
+    """Known lengths of the line.
 
     Attributes
     ----------
@@ -74,7 +76,7 @@ class ConveyorView:
     Attributes
     ----------
     middle_px : ndarray of float64, shape (2,)
-        Middle of the picture (x, y), taken for the principal point.
+        Middle of the picture (x, y), assumed to be the principal point.
     turn_rad : float
         Of the picture, so that the vanishing point stands straight above or below its middle.
     vanishing_px : float
@@ -84,7 +86,7 @@ class ConveyorView:
     spacing_mm : float
         W.
     plane_mm : float
-        Height over the conveyor of the barriers' edges that were taken.
+        Height over the conveyor of the barriers' edges that are the ruler.
     above_plane_mm : float
         Z, height of the camera over them.
     across_mm : float
@@ -94,7 +96,7 @@ class ConveyorView:
     u_width_px : float
         Standard uncertainty of the edges' distance in the picture, by their fit.
     u_height : float
-        Relative standard uncertainty of Z where the barriers' two edges told it.
+        Relative standard uncertainty of Z where it follows from the barriers' two edges.
     u_plane_mm : float
         Standard uncertainty of `plane_mm`, rectangular, where it is only assumed; else 0.
     """
@@ -154,9 +156,9 @@ def conveyor_view(
 ) -> ConveyorView:
     """View of the conveyor from its barriers.
 
-    With the barriers' height, the foot of each inner face is told from its upper edge by their known distance in the
-    picture, and the feet are the ruler. Without it, or where the faces show too narrow for that, the edges stand at a
-    height that nobody knows.
+    With the barriers' height, the foot of each inner face is separated from its upper edge by their known distance in
+    the picture, and the feet are the ruler. Without it, or where the faces show too narrow for that, the height of the
+    edges that are seen is assumed.
 
     Parameters
     ----------
@@ -165,7 +167,7 @@ def conveyor_view(
     focal_share : float
         Focal length over the picture's width, where the camera's height is not known.
     edge_mm : float, optional
-        Height at which the barriers' edges are taken to be; without it as above.
+        Height of the barriers' edges, in place of the rule above.
 
     Returns
     -------
@@ -176,13 +178,13 @@ def conveyor_view(
         return _of_lines(barriers, barriers.lines, reference, edge_mm, focal_share)
     if top_mm is None:
         view = _of_lines(barriers, barriers.lines, reference, UNKNOWN_HEIGHT_MM, focal_share)
-        return replace(view, u_plane_mm=UNKNOWN_HEIGHT_U_MM)
+        return replace(view, u_plane_mm=U_UNKNOWN_HEIGHT_MM)
     view = _of_lines(barriers, barriers.lines, reference, 0.0, focal_share)
     across = view.across_mm / reference.spacing_mm
     u_across = view.u_across_mm / reference.spacing_mm
     part = top_mm / (view.camera_height_mm - top_mm)
     feet = _feet(barriers, part, across, u_across, free=reference.camera_height_mm is None)
-    if feet.face_px < RESOLVED * feet.blur_px:
+    if feet.face_px < RESOLVED_BLURS * feet.blur_px:
         view = _of_lines(barriers, barriers.lines, reference, top_mm / 2, focal_share)
         return replace(view, u_plane_mm=top_mm / np.sqrt(12))
     view = replace(_of_lines(barriers, feet.lines, reference, 0.0, focal_share), u_width_px=feet.u_width_px)
@@ -214,13 +216,13 @@ def _of_lines(
         width_px = abs((q2 - q1) * vanishing)
         above_mm = reference.spacing_mm / width_px * focal * abs(vanishing) / float(np.hypot(vanishing, focal))
     across_mm = reference.spacing_mm * 0.5 * (q1 + q2) / (q2 - q1)  # of a camera that looks along the line
-    u_across_mm = above_mm * np.tan(TILT_U)
+    u_across_mm = above_mm * np.tan(U_TILT_RAD)
     return replace(view, above_plane_mm=float(above_mm), across_mm=float(across_mm), u_across_mm=float(u_across_mm))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Feet:
-    """Lines of the inner faces' feet, and what the faces' widths tell, with standard uncertainties.
+    """Lines of the inner faces' feet, and the camera's place by the faces' widths, with standard uncertainties.
 
     The faces together are `part` of the barriers' distance wide; `across` is the place of the middle between the
     barriers from straight below the camera, over their distance. `face_px` is the mean width of a face.
@@ -242,17 +244,17 @@ def _feet(barriers: Barriers, part: float, across: float, u_across: float, *, fr
     `free` where that distance is only roughly known: the profiles then tell it too.
     """
     sides = [_Steps.of(barriers, line, outwards, part) for line, outwards in zip(barriers.lines, (-1, 1), strict=True)]
-    reach = FACTOR_MOST if free else 1 + 1e-9
-    low = [1 / reach, -ACROSS_MOST, 0.5, *LOWEST, *LOWEST]
-    high = [reach, ACROSS_MOST, 5.0, *HIGHEST, *HIGHEST]
+    reach = MOST_FACTOR if free else 1 + 1e-9
+    low = [1 / reach, -MOST_ACROSS_SHARE, 0.5, *LEAST_FOOT_VALUES, *LEAST_FOOT_VALUES]
+    high = [reach, MOST_ACROSS_SHARE, 5.0, *MOST_FOOT_VALUES, *MOST_FOOT_VALUES]
     starts = [[1.0, place, 1.5, *sides[0].start(), *sides[1].start()] for place in (across, 0.0)]
-    n, common = len(LOWEST), 3
+    n, common = len(LEAST_FOOT_VALUES), 3
 
     def misfit(values: Array) -> Array:
         factor, place, blur_px = values[:common]
         by_side = zip(sides, values[common:].reshape(2, n), strict=True)
         fits = [side.misfit(one, blur_px, factor * (0.5 + side.outwards * place)) for side, one in by_side]
-        known = [(factor - 1) / FOCAL_SHARE_U, (place - across) / u_across]  # where profiles tell little of them
+        known = [(factor - 1) / U_FOCAL_SHARE, (place - across) / u_across]  # prior where profiles hardly depend
         return np.concatenate([*fits, PROFILE_NOISE * np.array(known)])
 
     # from one start alone the fit may end with the two steps of a face in one
@@ -275,9 +277,9 @@ def _feet(barriers: Barriers, part: float, across: float, u_across: float, *, fr
 
 
 def _covariance(misfit: Array, jacobian: Array, free: slice) -> Array:
-    """Of the fitted values that are free, by the scatter that is left; 0 for the others."""
+    """Covariance of the free fitted values from the residual scatter; 0 for the others."""
     size = jacobian.shape[1]
-    scatter = CORRELATED * float(misfit @ misfit) / (misfit.size - size)
+    scatter = CORRELATED_SAMPLES * float(misfit @ misfit) / (misfit.size - size)
     covariance = np.zeros((size, size))
     covariance[free, free] = scatter * np.linalg.pinv(jacobian[:, free].T @ jacobian[:, free])
     return covariance
@@ -285,7 +287,7 @@ def _covariance(misfit: Array, jacobian: Array, free: slice) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Steps:
-    """Mean profiles of one barrier in bands of rows, shape (bands, samples), and what is known of them."""
+    """Mean profiles of one barrier in bands of rows, shape (bands, samples), with their rows and expected steps."""
 
     mean: Array
     line: Array
@@ -296,12 +298,12 @@ class _Steps:
     @classmethod
     def of(cls, barriers: Barriers, line: Array, outwards: int, part: float) -> "_Steps":
         rows = np.arange(len(barriers.light), dtype=np.float64)
-        profile = across(barriers.light, line, outwards, rows, SAMPLES_PX)
+        profile = across(barriers.light, line, outwards, rows, SAMPLE_OFFSETS_PX)
         whole = np.isfinite(profile).all(axis=1)
         rows, profile = rows[whole], profile[whole]
-        profile = profile - profile[:, SAMPLES_PX < -DARK_PX].mean(axis=1, keepdims=True)
-        row = np.array([band.mean() for band in np.array_split(rows, BANDS)])
-        mean = np.array([band.mean(axis=0) for band in np.array_split(profile, BANDS)])
+        profile = profile - profile[:, SAMPLE_OFFSETS_PX < -DARK_OFFSET_PX].mean(axis=1, keepdims=True)
+        row = np.array([band.mean() for band in np.array_split(rows, BAND_COUNT)])
+        mean = np.array([band.mean(axis=0) for band in np.array_split(profile, BAND_COUNT)])
         return cls(mean, line, outwards, row, part * barriers.width_px(row) / np.hypot(1.0, line[0]))
 
     def start(self) -> list[float]:
@@ -309,10 +311,10 @@ class _Steps:
         return [-0.25 * float(self.apart_px.mean()), 0.0, 0.5 * height, 0.5 * height, 0.0]
 
     def misfit(self, values: Array, blur_px: float, share: float) -> Array:
-        """Of a foot at a place with a slope, the light of face and top, and the face's share of both faces' width."""
+        """Misfit of a foot's place and slope, the light of face and top, and the face's share of both faces' width."""
         place, slope, face, top, level = values
         along = (self.row - self.row.mean()) / np.ptp(self.row)
-        at = SAMPLES_PX - (place + slope * along)[:, None]
+        at = SAMPLE_OFFSETS_PX - (place + slope * along)[:, None]
         steps = face * special.ndtr(at / blur_px) + top * special.ndtr((at - share * self.apart_px[:, None]) / blur_px)
         return (level + steps - self.mean).ravel()
 

@@ -3,7 +3,7 @@
 Its measure, eq. 3.3, is the bar's width on the barriers' plane. But the edges that are seen are tangents, and the bar
 is nearer to the camera than the plane: for a bar of radius R on the conveyor, seen between the angles a - b and a + b
 by a camera Z above it, sin b = R / d, and d cos a + R = Z, so R = Z sin b / (cos a + sin b). At 165 mm from 2.6 m that
-is 5 mm less than eq. 3.3 says: the fixed error that the source found and compensated.
+is 5 mm less than eq. 3.3 says: the fixed error that the dissertation found and compensated.
 """
 
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ from vision.reasons import Reason
 from vision.sizing.conveyor.barriers import Barriers, across, crossed_columns, find_barriers, grey_light
 from vision.sizing.conveyor.camera_view import (
     FOCAL_SHARE,
-    FOCAL_SHARE_U,
+    U_FOCAL_SHARE,
     ConveyorReference,
     ConveyorView,
     conveyor_view,
@@ -30,22 +30,24 @@ from vision.sizing.limits import CLIPPED_MOST_SHARE, COVERED_SHARE, FIRST_BLUR_P
 Array = NDArray[np.float64]
 Plane = NDArray[np.float32]
 
-HOT_FLOOR = 0.08  # of full scale: a bar is brighter than the empty line by more
-OPENED_PX = 5
-BAR_PX = 8  # fewer columns are no bar
-FREE_PX = 9.0  # between the bar and a barrier: less and its edge has no dark side
-ENDS_ROWS = 4  # at the picture's ends that are not looked at
-PROFILE_PX = np.arange(-9.0, 9.25, 0.25)  # across an edge of the bar, from the conveyor inwards
-WINDOWS = 24
-LEAST_WINDOWS = 0.2
-OFF_LINE_PX = 1.0  # the edge of a window off the bar's straight line: the window is discarded
+HOT_FLOOR_LIGHT = 0.08  # chosen: a bar is brighter than the empty line by more than 8 % of full scale
+OPENING_PX = 5  # chosen: side of the square that opens the mask of what is hot
+LEAST_BAR_PX = 8  # chosen: fewer hot columns are no bar
+LEAST_GAP_PX = 9.0  # chosen: nearer to a barrier the bar's edge has no dark side
+END_ROWS = 4  # chosen: rows at either end of the picture that are left out
+PROFILE_OFFSETS_PX = np.arange(-9.0, 9.25, 0.25)  # across an edge of the bar, from the conveyor inwards
+WINDOW_COUNT = 24  # chosen: windows along the bar
+LEAST_WINDOWS_SHARE = 0.2  # chosen: with fewer windows there is no value (`no_windows`)
+LINE_DISTANCE_PX = 1.0  # chosen: a row whose edge lies further off the bar's straight line is left out
+# Budget (docs/methods/conveyor.md), standard uncertainties, all chosen:
 U_EDGE_PX = 0.02  # of a whole limb or barrier: blur and halo that are not alike on both sides
-U_SPACING = 0.0005  # of W, relative
-U_BARRIER_HEIGHT_MM, U_CAMERA_HEIGHT_MM = 1.0, 10.0  # as somebody measures them with a tape
-INTERVAL = (0.025, 0.975)
-PARTS = 16  # of the law of a quantity that is only assumed
+U_SPACING_SHARE = 0.0005  # of W, relative
+U_BARRIER_HEIGHT_MM, U_CAMERA_HEIGHT_MM = 1.0, 10.0  # of heights measured with a tape
+INTERVAL_95 = (0.025, 0.975)
+LAW_PARTS = 16  # equally probable parts of the law of an assumed quantity (JCGM 101)
 CLIPPED_LIGHT = (CLIPPED_CODE - 0.5) / 255  # linear light of an overexposed point: from code value 250 on
-MOVED_PX = 0.3  # of a barrier from its place in the empty pictures; noise makes a tenth of it
+CAMERA_MOVED_PX = 0.3  # chosen: a barrier further from its place in the empty pictures; noise makes 0.03 px
+MEDIAN_FACTOR = 1.2533  # standard error of a median over that of a mean, sqrt(pi / 2)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,7 +66,7 @@ class ConveyorGauge:
         Pictures of the line without a bar.
     reference : ConveyorReference
     compensation_mm : float
-        Added to every diameter, as the source did; 0 unless somebody knows better.
+        Added to every diameter, as the dissertation does; 0 adds nothing.
     ovality_mm : float
         Greatest minus least width that a section may have.
 
@@ -113,7 +115,7 @@ class ConveyorGauge:
         SizeReading
             Without a value: `edge_not_found` (with `barrier_hidden` or `barrier_bent` where it is a barrier's),
             `no_bar`, `several_bars`, `bar_too_short`, `edges_clipped`, `no_windows`; `camera_moved` when a barrier
-            stands more than `MOVED_PX` from its place in the empty pictures.
+            stands more than `CAMERA_MOVED_PX` from its place in the empty pictures.
 
         Raises
         ------
@@ -140,20 +142,20 @@ class ConveyorGauge:
         return replace(_nothing(reason) if reason else self._read(left, right), **limbs)
 
     def _forbids(self, light: Plane, clipped_share: float) -> Reason:
-        """What of the picture forbids a value although there is a bar with two edges."""
+        """Reasons that forbid a value although there is a bar with two edges."""
         if clipped_share >= CLIPPED_MOST_SHARE:
             return Reason.EDGES_CLIPPED
         assert isinstance(self.barriers, Barriers)  # noqa: S101  nothing is measured without
         shifted_px = self.barriers.shifted_px(light)
         if shifted_px is None:
             return Reason.EDGE_NOT_FOUND | Reason.BARRIER_HIDDEN
-        return Reason.CAMERA_MOVED if shifted_px > MOVED_PX else Reason.NONE
+        return Reason.CAMERA_MOVED if shifted_px > CAMERA_MOVED_PX else Reason.NONE
 
     def _read(self, left: _Limb, right: _Limb) -> SizeReading:
-        windows = np.array_split(np.intersect1d(left.rows, right.rows), WINDOWS)
+        windows = np.array_split(np.intersect1d(left.rows, right.rows), WINDOW_COUNT)
         ends = [_ends(limb, windows) for limb in (left, right)]
         there = np.isfinite(ends[0][:, 0]) & np.isfinite(ends[1][:, 0])
-        if np.count_nonzero(there) < LEAST_WINDOWS * WINDOWS:
+        if np.count_nonzero(there) < LEAST_WINDOWS_SHARE * WINDOW_COUNT:
             return _nothing(Reason.NO_WINDOWS)
         ends = [end[there] for end in ends]
         view = self._view
@@ -163,14 +165,14 @@ class ConveyorGauge:
         correction_mm, u_assumed_mm = self._assumed_law(ends, diameter_mm)
         diameter_mm += correction_mm
         model_mm = float(np.hypot(model_mm, u_assumed_mm))
-        edge_mm = float(1.2533 * by_window.std() / np.sqrt(len(by_window)))  # of a median
+        edge_mm = float(MEDIAN_FACTOR * by_window.std() / np.sqrt(len(by_window)))
         expanded_mm = float(2 * np.linalg.norm([edge_mm, calibration_mm, self._u_shape_mm, model_mm]))
         middle = 0.5 * (view.tangent(ends[0]) + view.tangent(ends[1]))
         return SizeReading(
             diameter_mm=diameter_mm + self._compensation_mm,
             expanded_uncertainty_mm=expanded_mm,
             windows_kept=int(np.count_nonzero(there)),
-            windows_total=WINDOWS,
+            windows_total=WINDOW_COUNT,
             axis_height_mm=diameter_mm / 2,
             offset_mm=float(np.median(middle) * view.camera_height_mm),
             u_edge_mm=edge_mm,
@@ -187,12 +189,12 @@ class ConveyorGauge:
         width_px = abs(float(np.mean(ends[1][:, 0] - ends[0][:, 0])))
         edges = diameter_mm * np.sqrt(2) * U_EDGE_PX / width_px
         ruler = diameter_mm * np.hypot(np.sqrt(2) * U_EDGE_PX, self._view.u_width_px) / self._barriers_px
-        calibration = np.linalg.norm([ruler, U_SPACING * diameter_mm])
+        calibration = np.linalg.norm([ruler, U_SPACING_SHARE * diameter_mm])
         changes = [float(np.median(diameters_mm(view, *ends))) - diameter_mm for view in self._changed]
         return float(calibration), float(np.linalg.norm([edges, *changes]))
 
     def _assumed_law(self, ends: list[Array], diameter_mm: float) -> tuple[float, float]:
-        """What is only assumed, propagated as whole laws (JCGM 101): correction and standard uncertainty of a diameter.
+        """Correction and standard uncertainty, mm, from assumed quantities, propagated as whole laws (JCGM 101).
 
         The correction leads to the middle of the interval that holds 95 % of the diameters; the uncertainty is that of
         a normal law whose interval is as wide.
@@ -201,14 +203,14 @@ class ConveyorGauge:
         for views in self._assumed:
             changes = [float(np.median(diameters_mm(view, *ends))) - diameter_mm for view in views]
             summed = np.add.outer(summed, changes).ravel()
-        low, high = np.quantile(summed, INTERVAL).tolist()
+        low, high = np.quantile(summed, INTERVAL_95).tolist()
         return 0.5 * (low + high), 0.25 * (high - low)
 
 
 def _changed_views(barriers: Barriers, reference: ConveyorReference, view: ConveyorView) -> list[ConveyorView]:
-    """How the view would be if what is measured were off by a standard uncertainty.
+    """Views with one measured quantity off by a standard uncertainty.
 
-    These are the heights that somebody measured, and what the barriers' faces tell of the camera where they show.
+    The quantities are the given heights, and the camera's height and place by the barriers' faces where they show.
     """
     changed: list[ConveyorView] = []
     if (camera_mm := reference.camera_height_mm) is not None:
@@ -225,12 +227,12 @@ def _changed_views(barriers: Barriers, reference: ConveyorReference, view: Conve
 
 
 def _assumed_views(barriers: Barriers, reference: ConveyorReference, view: ConveyorView) -> list[list[ConveyorView]]:
-    """Views over what nobody measured: for each quantity one in every equally probable part of its rectangular law."""
+    """Views over assumed quantities: for each, one in every equally probable part of its rectangular law."""
     if view.u_plane_mm == 0:
         return []
-    places = np.sqrt(3) * (2 * (np.arange(PARTS) + 0.5) / PARTS - 1)  # in standard uncertainties
+    places = np.sqrt(3) * (2 * (np.arange(LAW_PARTS) + 0.5) / LAW_PARTS - 1)  # in standard uncertainties
     edges_mm = view.plane_mm + places * view.u_plane_mm
-    focal_shares = FOCAL_SHARE * (1 + places * FOCAL_SHARE_U)
+    focal_shares = FOCAL_SHARE * (1 + places * U_FOCAL_SHARE)
     laws = [
         [conveyor_view(barriers, reference, edge_mm=float(edge_mm)) for edge_mm in edges_mm],
         [replace(view, across_mm=view.across_mm + place * view.u_across_mm) for place in places.tolist()],
@@ -274,21 +276,21 @@ def bar_spans(light: Plane, empty: Plane) -> NDArray[np.int64] | Reason:
     """
     more = np.clip(np.rint(255 * np.clip(light - empty, 0, 1)), 0, 255).astype(np.uint8)
     level, _ = cv2.threshold(more, 0, 1, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
-    mask = (more > max(level, 255 * HOT_FLOOR)).astype(np.uint8)
-    mask = np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((OPENED_PX, OPENED_PX), np.uint8)))
+    mask = (more > max(level, 255 * HOT_FLOOR_LIGHT)).astype(np.uint8)
+    mask = np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((OPENING_PX, OPENING_PX), np.uint8)))
     count, labels, stats, _ = cv2.connectedComponentsWithStats(mask)
     rows = len(light)
     long = [i for i in range(1, count) if stats[i, cv2.CC_STAT_HEIGHT] >= COVERED_SHARE * rows]
     if not long:
         hot = stats[1:, cv2.CC_STAT_AREA].max(initial=0)
-        return Reason.BAR_TOO_SHORT if hot > BAR_PX * COVERED_SHARE * rows / 2 else Reason.NO_BAR
+        return Reason.BAR_TOO_SHORT if hot > LEAST_BAR_PX * COVERED_SHARE * rows / 2 else Reason.NO_BAR
     if len(long) > 1:
         return Reason.SEVERAL_BARS
     bar = labels == long[0]
     first, last = bar.argmax(axis=1), bar.shape[1] - 1 - bar[:, ::-1].argmax(axis=1)
-    there = bar.any(axis=1) & (last - first >= BAR_PX)
+    there = bar.any(axis=1) & (last - first >= LEAST_BAR_PX)
     spans = np.where(there[:, None], np.column_stack([first, last]), -1)
-    spans[:ENDS_ROWS] = spans[-ENDS_ROWS:] = -1
+    spans[:END_ROWS] = spans[-END_ROWS:] = -1
     return spans if np.count_nonzero(spans[:, 0] >= 0) >= COVERED_SHARE * rows else Reason.BAR_TOO_SHORT
 
 
@@ -303,13 +305,13 @@ def _limb(light: Plane, spans: NDArray[np.int64], side: int) -> _Limb | None:
             return None
         line = robust_line(rows[shows], column[shows])
     column, shows = _columns(light, line, inwards, rows)
-    near = shows & (np.abs(column - line[0] * rows - line[1]) <= OFF_LINE_PX)
+    near = shows & (np.abs(column - line[0] * rows - line[1]) <= LINE_DISTANCE_PX)
     return _Limb(line, rows[near], column[near]) if np.count_nonzero(near) >= COVERED_SHARE * len(rows) else None
 
 
 def _columns(light: Plane, line: Array, inwards: int, rows: Array) -> tuple[Array, NDArray[np.bool_]]:
     """Column of the edge in each row, and where there is a clear step of light."""
-    found = shaded_crossings(across(light, line, inwards, rows, PROFILE_PX), PROFILE_PX, FIRST_BLUR_PX)
+    found = shaded_crossings(across(light, line, inwards, rows, PROFILE_OFFSETS_PX), PROFILE_OFFSETS_PX, FIRST_BLUR_PX)
     if found is None:
         return np.full(len(rows), np.nan), np.zeros(len(rows), dtype=np.bool_)
     return crossed_columns(found.crossings, line, inwards, rows)
@@ -319,7 +321,7 @@ def _touches(left: _Limb, right: _Limb, barriers: Barriers) -> bool:
     rows = np.array([left.rows.min(), left.rows.max()])
     edges = barriers.columns(rows)
     free = [left.line[0] * rows + left.line[1] - edges[:, 0], edges[:, 1] - right.line[0] * rows - right.line[1]]
-    return bool(np.min(free) < FREE_PX)
+    return bool(np.min(free) < LEAST_GAP_PX)
 
 
 def _inside(light: Plane, limb: _Limb, inwards: int) -> Array:
@@ -337,4 +339,4 @@ def _ends(limb: _Limb, windows: list[Array]) -> Array:
 
 
 def _nothing(reason: Reason) -> SizeReading:
-    return SizeReading(reasons=reason, windows_total=WINDOWS, method="conveyor")
+    return SizeReading(reasons=reason, windows_total=WINDOW_COUNT, method="conveyor")

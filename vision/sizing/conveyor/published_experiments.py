@@ -24,10 +24,10 @@ Points = NDArray[np.float32]
 Picture = NDArray[np.uint8]
 Homography = Literal["averaged", "fitted"]
 
-AREA_COLUMNS, AREA_ROWS, STRIDE = 85, 20, 5
-SETS = 5  # of four points
-AROUND_PX = 4  # of the bar's mask: where its edges may be
-LEAST_ROWS = 3  # with both edges, for a line
+AREA_COLUMNS, AREA_ROWS, AREA_STRIDE_ROWS = 85, 20, 5
+SET_COUNT = 5  # sets of four points, eq. 3.4 to 3.6
+MASK_MARGIN_PX = 4  # chosen: the bar's edges lie at most this far off its mask
+LEAST_ROWS = 3  # chosen: rows with both edges that a line needs
 
 EXPERIMENTS = (1, 2, 3, 4)
 
@@ -44,7 +44,7 @@ def homography(barriers: Barriers, way: Homography = "averaged") -> Array:
         than two rows: five sets cannot be met by one fit of their points.
     """
     rows = len(barriers.light)
-    highs = np.linspace(0.0, 0.4 * rows, SETS) if way == "averaged" else np.zeros(1)
+    highs = np.linspace(0.0, 0.4 * rows, SET_COUNT) if way == "averaged" else np.zeros(1)
     matrices: list[Array] = []
     for high in highs:
         seen, wanted = _four_points(barriers, float(rows - 1), float(high))
@@ -115,7 +115,9 @@ def _edges(light: NDArray[np.float32], empty: NDArray[np.float32]) -> Array | No
     found = detect_edges(light, "forest")
     thin = denoised(binarised(ridges(found.strength, found.normal_rad), BAR_EDGE_CONFIDENCE))
     columns = np.arange(light.shape[1])
-    inside = (columns >= spans[:, :1] - AROUND_PX) & (columns <= spans[:, 1:] + AROUND_PX) & (spans[:, :1] >= 0)
+    inside = (
+        (columns >= spans[:, :1] - MASK_MARGIN_PX) & (columns <= spans[:, 1:] + MASK_MARGIN_PX) & (spans[:, :1] >= 0)
+    )
     thin &= inside
     first, last = thin.argmax(axis=1), light.shape[1] - 1 - thin[:, ::-1].argmax(axis=1)
     both = thin.any(axis=1) & (last - first > (spans[:, 1] - spans[:, 0]) / 2)
@@ -125,7 +127,7 @@ def _edges(light: NDArray[np.float32], empty: NDArray[np.float32]) -> Array | No
 def _between_lines(edges: Array, ratio: Array) -> Array:
     """Sub-algorithm 2: first-order fits of both edges in each local area, the mean of the pixels between them."""
     sized: list[float] = []
-    for top in range(0, len(edges) - AREA_ROWS + 1, STRIDE):
+    for top in range(0, len(edges) - AREA_ROWS + 1, AREA_STRIDE_ROWS):
         rows = np.arange(top, top + AREA_ROWS)
         part = edges[rows]
         there = np.isfinite(part[:, 0]) & (np.ptp(np.nan_to_num(part), axis=1) < AREA_COLUMNS)

@@ -1,4 +1,4 @@
-"""A pair of views aligned by one virtual board, and what is measured on the board's plane."""
+"""A pair of views aligned by one virtual board, and the widths of the bar on the board's plane."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,8 @@ from vision.sizing.virtual_board.view_edges import ViewEdges
 
 Array = NDArray[np.float64]
 
-SAMPLES, TIMES = 4, 10  # S, which the source does not give, and T
+SAMPLE_POINTS = 4  # chosen: S of algorithm 9, which the dissertation does not give
+SAMPLE_COUNT = 10  # T of algorithm 9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,14 +44,27 @@ class AlignedPair:
         return left if view == 0 else left @ self.alignment.right_to_left(self.height.height_mm)
 
     def sampled_widths_mm(self, view: int, rng: np.random.Generator) -> Array:
-        """Mean over a window's rows of the distance of both edges on the plane, eq. 3.14, shape (windows, T)."""
+        """Width of the bar on the plane, eq. 3.14, mean over the rows of each window.
+
+        Parameters
+        ----------
+        view : int
+            0 left, 1 right.
+        rng : numpy.random.Generator
+            Draws the points of the random regression.
+
+        Returns
+        -------
+        ndarray of float64, shape (windows, T)
+            mm; NaN where an edge has too few points in the window.
+        """
         first, second = self.edges[view].sides
         windows, to_plane = len(first.row), self.to_plane(view)
         window_rows = (self.alignment.left, self.alignment.right)[view].picture.shape[0] // windows
         rows = np.arange(windows * window_rows, dtype=np.float64).reshape(windows, window_rows)
         ends = []
         for side in (first, second):
-            columns = random_regression(side, SAMPLES, TIMES, rng).at(rows)
+            columns = random_regression(side, SAMPLE_POINTS, SAMPLE_COUNT, rng).at(rows)
             ends.append(transformed(to_plane, np.stack([columns, np.broadcast_to(rows[:, None], columns.shape)], -1)))
         return np.linalg.norm(ends[1] - ends[0], axis=-1).mean(axis=-1)
 

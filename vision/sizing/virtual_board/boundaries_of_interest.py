@@ -1,8 +1,8 @@
 """Boundaries of interest (algorithms 5 and 8): the bar's edges, without the background's and the weak ones.
 
-The source leaves two numbers open. alpha = 0.95 is taken as the factor on Otsu's threshold of the picture. beta = 240
-of 255 suppresses weak edges after strengths have been stretched so that Otsu's level of the strengths inside the mask
-lies at 240: taken literally, on strengths as they come, it leaves no edge at all.
+The dissertation leaves the use of two numbers open. Here alpha = 0.95 is the factor on Otsu's threshold of the picture.
+beta = 240 of 255 suppresses weak edges after strengths have been stretched so that Otsu's level of the strengths inside
+the mask lies at 240: read literally, on unstretched strengths, beta leaves no edge at all.
 """
 
 from dataclasses import dataclass
@@ -19,9 +19,9 @@ Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 Plane = NDArray[np.float32]
 
-ALPHA = 0.95
-BETA = 240
-OPENED_PX, DILATED_PX = 5, 9  # side of the squares that open the mask, and that widen it over the bar's edges
+OTSU_FACTOR = 0.95  # alpha of algorithm 8
+LEAST_STRENGTH_CODE = 240  # beta of algorithm 8
+OPENING_PX, DILATION_PX = 5, 9  # chosen: sides of the squares that open the mask, and widen it over the bar's edges
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -65,9 +65,9 @@ def hot_mask(picture: Picture) -> Picture:
     """
     pixels = grey(picture)
     level, _ = cv2.threshold(pixels, 0, 1, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
-    _, mask = cv2.threshold(pixels, ALPHA * level, 1, cv2.THRESH_BINARY)
-    opened = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((OPENED_PX, OPENED_PX), np.uint8))
-    return np.asarray(cv2.dilate(opened, np.ones((DILATED_PX, DILATED_PX), np.uint8)), dtype=np.uint8)
+    _, mask = cv2.threshold(pixels, OTSU_FACTOR * level, 1, cv2.THRESH_BINARY)
+    opened = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((OPENING_PX, OPENING_PX), np.uint8))
+    return np.asarray(cv2.dilate(opened, np.ones((DILATION_PX, DILATION_PX), np.uint8)), dtype=np.uint8)
 
 
 def boundaries_of_interest(
@@ -80,12 +80,17 @@ def boundaries_of_interest(
     picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
         Grey or blue-green-red.
     mask : ndarray of uint8, shape (rows, columns), or None
-        I_MOR, 0 or 1; None for a picture that is all of interest.
+        I_MOR, 0 or 1; None where the whole picture is of interest.
     method : {"forest", "sobel", "prewitt", "roberts", "canny"}
     seen : slice
-        Columns that are wanted; the others are there for the edge detector to look at.
+        Columns of the result; the others only influence the edge detector.
     weak : float
         Share of Otsu's level of the strengths at which beta lies.
+
+    Returns
+    -------
+    Boundaries
+        Of the columns `seen`.
     """
     edges = detect_edges(_unit(picture), method, seen)
     thin = ridges(edges.strength, edges.normal_rad)
@@ -106,8 +111,8 @@ def _without_weak(strength: Plane, weak: float) -> Picture:
     full = float(there.max())
     coded = np.rint(255 * (there / full)).astype(np.uint8)
     level, _ = cv2.threshold(coded, 0, 1, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
-    stretch = BETA / max(weak * level, 1.0)
-    return (255 * stretch / full * strength >= BETA).astype(np.uint8)
+    stretch = LEAST_STRENGTH_CODE / max(weak * level, 1.0)
+    return (255 * stretch / full * strength >= LEAST_STRENGTH_CODE).astype(np.uint8)
 
 
 def _denoised(strong: Picture) -> Boundaries:

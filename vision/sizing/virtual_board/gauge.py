@@ -1,4 +1,4 @@
-"""Route V: the diameter by virtual boards, the dissertation's own way, as printed and corrected.
+"""Route V: the diameter by virtual boards, the dissertation's own method, as printed and corrected.
 
 Boundaries of interest in both views; the virtual board on which the bar's two outlines agree; random regression in
 sliding windows; diameters on the plane of that board; windows whose weighted deviation jumps are discarded.
@@ -37,7 +37,13 @@ from vision.sizing.region_grid import Outline, RegionGrid
 from vision.sizing.virtual_board.aligned_pair import AlignedPair
 from vision.sizing.virtual_board.reading import CORRECTED, Corrections, VirtualBoardReading
 from vision.sizing.virtual_board.tangent_crossing import Section, solve_section, tangent_cuts
-from vision.sizing.virtual_board.view_edges import MARGIN_PX, STRIP_PX, ViewEdges, edges_by_lines, edges_by_windows
+from vision.sizing.virtual_board.view_edges import (
+    FOREST_MARGIN_PX,
+    STRIP_HALF_WIDTH_PX,
+    ViewEdges,
+    edges_by_lines,
+    edges_by_windows,
+)
 from vision.sizing.virtual_board.weighted_deviation import (
     similarity_ratio,
     trusted_windows,
@@ -47,13 +53,16 @@ from vision.sizing.virtual_board.weighted_deviation import (
 
 Array = NDArray[np.float64]
 
-PRINTED_ROWS, ROWS = 5, 16  # H: the source's, on pictures 2704 wide; ours
-SEED = 9
-AREA_SMOOTHING = 0.1  # weight of a new frame in C
-LEAST_WINDOWS = 0.2  # share that must be kept for a value
-WIDTHS_DIFFER_PX = 3.0  # the two views' widths, from what the tangents' model says
-QUALITY_SHORT = 2.0  # percent by which Q_R may fall short of what the model reaches on the rig
-PLACE_PX = 0.05  # of each edge as a whole
+PRINTED_WINDOW_ROWS = 5  # H of algorithm 9 as printed, for pictures 2704 columns wide
+WINDOW_ROWS = 16  # chosen: H for our pictures
+SAMPLING_SEED = 9  # chosen: the same pair gives the same samples
+AREA_SMOOTHING_WEIGHT = 0.1  # chosen: weight of a new frame in C of eq. 3.16
+LEAST_WINDOWS_SHARE = 0.2  # chosen: with fewer trusted windows there is no value (`no_windows`)
+FEW_WINDOWS_SHARE = 0.5  # chosen: with fewer trusted windows the reading is `few_windows`
+MOST_WIDTH_DIFFERENCE_PX = 3.0  # chosen: beyond it the widths contradict the tangent model (`views_disagree`)
+QUALITY_SHORTFALL_PERCENT = 2.0  # chosen: a Q_R this far below the model's on the rig is `poor_alignment`
+U_PLACE_PX = 0.05  # chosen: standard uncertainty of the width when all edges lie off as a whole
+
 
 Fusion = Literal["none"] | Method
 FUSIONS: tuple[Fusion, ...] = ("none", *METHODS)
@@ -182,7 +191,7 @@ class VirtualBoardGauge:
             left, right = map(picture_region, cameras, images, [self.rig.region_y_mm] * 2)
             return left, right
         slope = float(np.mean([limb[0] for outline in outlines for limb in (outline.left, outline.right)]))
-        margin_mm = (STRIP_PX + MARGIN_PX) * self._step_mm
+        margin_mm = (STRIP_HALF_WIDTH_PX + FOREST_MARGIN_PX) * self._step_mm
         reach = np.cos(np.arctan(slope)) * np.array([[o.left[1], o.right[1]] for o in outlines]) + [
             -margin_mm,
             margin_mm,
@@ -194,10 +203,10 @@ class VirtualBoardGauge:
 
     def _view_edges(self, region: Region, outline: Outline) -> ViewEdges:
         if not self.corrections.robust_lines:
-            return edges_by_windows(region, PRINTED_ROWS, self._edges)
+            return edges_by_windows(region, PRINTED_WINDOW_ROWS, self._edges)
         rough = [_in_region(line, region, self.rig.region_y_mm) for line in (outline.left, outline.right)]
         decode = self._decode if self.corrections.half_level else None
-        return edges_by_lines(region, (rough[0], rough[1]), ROWS, self._edges, decode)
+        return edges_by_lines(region, (rough[0], rough[1]), WINDOW_ROWS, self._edges, decode)
 
     def _height(self, alignment: Alignment, left: BarOutline, right: BarOutline) -> Height:
         def evaluate(height_mm: float) -> Quality:
@@ -215,7 +224,7 @@ class VirtualBoardGauge:
         return self._loop.find(evaluate, offset_per_mm)
 
     def _read(self, pair: AlignedPair, reasons: Reason) -> VirtualBoardReading:
-        rng = np.random.default_rng(SEED)
+        rng = np.random.default_rng(SAMPLING_SEED)
         views = range(len(pair.edges)) if self.corrections.tangent_crossing else (0,)
         width_mm = np.array([pair.sampled_widths_mm(view, rng) for view in views])
         sampled_mm, more = self._diameters(pair, width_mm)
@@ -248,7 +257,7 @@ class VirtualBoardGauge:
         if self.corrections == CORRECTED:
             value["u_edge_mm"] = float(l_mm.std() / np.sqrt(len(l_mm)))
             value["u_board_mm"] = diameter_mm * self.rig.square_relative_u
-            value["u_model_mm"] = PLACE_PX * self._step_mm
+            value["u_model_mm"] = U_PLACE_PX * self._step_mm
         return value
 
     def _smoothed_area(self, areas: Array) -> float:
@@ -256,11 +265,11 @@ class VirtualBoardGauge:
         if areas.size:
             now = max(1.0, float(np.median(areas)))
             before = self._uncorrupted_area if math.isfinite(self._uncorrupted_area) else now
-            self._uncorrupted_area = before + AREA_SMOOTHING * (now - before)
+            self._uncorrupted_area = before + AREA_SMOOTHING_WEIGHT * (now - before)
         return self._uncorrupted_area
 
     def _diameters(self, pair: AlignedPair, width_mm: Array) -> tuple[Array | None, Reason]:
-        """l_it from the widths of the views, shape (windows, T), and what speaks against them."""
+        """l_it from the widths of the views, shape (windows, T), and the reasons for doubt."""
         if not self.corrections.tangent_crossing:
             return width_mm[0], Reason.NONE
         there = np.isfinite(width_mm).all(axis=(0, 2))
@@ -277,7 +286,7 @@ class VirtualBoardGauge:
     def _reasons_of_section(self, section: Section, pair: AlignedPair, view_mm: Array, cameras_mm: Array) -> Reason:
         reasons = Reason.NONE
         differ_mm = (view_mm[0] - view_mm[-1]) - (section.width_mm[0] - section.width_mm[1])
-        if len(view_mm) > 1 and abs(differ_mm) > WIDTHS_DIFFER_PX * self._step_mm:
+        if len(view_mm) > 1 and abs(differ_mm) > MOST_WIDTH_DIFFERENCE_PX * self._step_mm:
             reasons |= Reason.VIEWS_DISAGREE
         diameter_mm = 2 * section.radius_mm
         off_mm = abs(section.height_mm - section.radius_mm)
@@ -287,15 +296,15 @@ class VirtualBoardGauge:
         bar = np.array([section.across_mm, section.height_mm, section.radius_mm])
         cuts = tangent_cuts(cameras_mm, bar, pair.height.height_mm)
         common = max(0.0, float(cuts[:, 1].min() - cuts[:, 0].max())) / section.width_mm[0]
-        if abs(pair.height.quality.percent) < 100 * common - QUALITY_SHORT:
+        if abs(pair.height.quality.percent) < 100 * common - QUALITY_SHORTFALL_PERCENT:
             reasons |= Reason.POOR_ALIGNMENT
         return reasons
 
     def _reasons_of_windows(self, l_mm: Array, kept: NDArray[np.bool_]) -> Reason:
         share = kept.sum() / len(kept)
-        if share < LEAST_WINDOWS:
+        if share < LEAST_WINDOWS_SHARE:
             return Reason.NO_WINDOWS
-        reasons = Reason.FEW_WINDOWS if share < 0.5 else Reason.NONE
+        reasons = Reason.FEW_WINDOWS if share < FEW_WINDOWS_SHARE else Reason.NONE
         middle_mm = float(np.median(l_mm[kept]))
         return reasons if DIAMETER_MM[0] <= middle_mm <= DIAMETER_MM[1] else reasons | Reason.IMPLAUSIBLE
 

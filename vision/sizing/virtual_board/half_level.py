@@ -15,13 +15,16 @@ from vision.sizing.limits import CLIPPED_FEW_SHARE, FIRST_BLUR_PX
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-NEAR_LINE_PX = 2.5  # boundary points further from the frame's line are not the bar's edge
-PROFILE_PX, PROFILE_STEP_PX = 9, 0.5  # half length of a row's profile across an edge, and its step
-OFFSETS_PX = np.arange(-PROFILE_PX, PROFILE_PX + PROFILE_STEP_PX, PROFILE_STEP_PX)
-SPARSE_ROWS, BLUR_EVERY = 4, 4  # what changes little along an edge needs few rows, and few of those
-LEAST_STEP = 0.1  # of a strong row's step of light: scale leaves a fifth of it, the line without a bar less
-LEAST_GATE_PX = 0.3  # points that near to the line are on it, however little the others scatter
-LEAST_ROWS = 20  # with an edge: fewer are no limb
+LINE_DISTANCE_PX = 2.5  # chosen: boundary points further from the frame's line are not on the bar's edge
+PROFILE_HALF_LENGTH_PX, PROFILE_STEP_PX = 9, 0.5  # chosen: half length of a row's profile across an edge, and its step
+OFFSETS_PX = np.arange(-PROFILE_HALF_LENGTH_PX, PROFILE_HALF_LENGTH_PX + PROFILE_STEP_PX, PROFILE_STEP_PX)
+SPARSE_ROW_STEP, BLUR_ROW_STEP = 4, 4  # chosen: the first line, and the blur along it, are found on every fourth row
+# A row has an edge if its step of light is at least 10 % of the frame's 90th percentile; oxide leaves about 20 %, an
+# empty line less than 10 %.
+LEAST_STEP_SHARE = 0.1
+LEAST_GATE_PX = 0.3  # chosen: points within 0.3 px of the line are kept, however little the others scatter
+GATE_SIGMAS = 3  # chosen: points further from the line than 3 robust standard deviations are left out
+LEAST_ROWS = 20  # chosen: with an edge in fewer rows there is no limb
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,7 +42,7 @@ class LimbRows:
     clipped_share : float
         Share of overexposed rows, which were left out.
     contrast : float
-        Light of the bar over that of its background; infinite where light was not asked for.
+        Light of the bar over that of its background; infinite without half level.
     """
 
     column: Array
@@ -50,7 +53,14 @@ class LimbRows:
 
     @classmethod
     def nothing(cls, area: Array, clipped_share: float = 0.0) -> "LimbRows":
-        """Return an edge that was not found."""
+        """Return an edge that was not found.
+
+        Parameters
+        ----------
+        area : ndarray of float64, shape (rows,)
+        clipped_share : float
+            See `LimbRows`.
+        """
         return cls(np.full(len(area), np.nan), area, None, clipped_share)
 
 
@@ -77,14 +87,25 @@ class ThinEdges:
 
     def near(self, line: Array) -> Array:
         """Mean column of the pixels near a line in each row of the region, NaN without any."""
-        near = np.abs(self.column - (line[0] * self.row + line[1])) <= NEAR_LINE_PX
+        near = np.abs(self.column - (line[0] * self.row + line[1])) <= LINE_DISTANCE_PX
         count = np.bincount(self.row[near], minlength=len(self.area))
         total = np.bincount(self.row[near], self.column[near], minlength=len(self.area))
         return total / np.where(count > 0, count, np.nan)
 
 
 def line_of(row: Array | Index, column: Array) -> Array | None:
-    """Robust line through the finite points, None when they are too few."""
+    """Robust line through the finite points.
+
+    Parameters
+    ----------
+    row, column : ndarray of float64, shape (n,)
+        `row` increasing; `column` NaN where the row has no point.
+
+    Returns
+    -------
+    ndarray of float64, shape (2,), or None
+        Slope and start of column(row); None with fewer than `LEAST_ROWS` points.
+    """
     there = np.isfinite(column)
     return robust_line(row[there].astype(np.float64), column[there]) if there.sum() >= LEAST_ROWS else None
 
@@ -114,6 +135,10 @@ class HalfLevel:
         line : ndarray of float64, shape (2,)
             Slope and start of the edge, to within a few pixels.
         edges : ThinEdges
+
+        Returns
+        -------
+        LimbRows
         """
         tried: list[LimbRows] = []
         for channel in np.argsort(-self._brightness(line)):
@@ -125,7 +150,7 @@ class HalfLevel:
     def _in_channel(self, channel: int, line: Array, edges: ThinEdges) -> LimbRows:
         """Two passes: the outermost rise of light finds the line; half level is taken around it."""
         sparse = edges.rows
-        sparse = sparse[sparse % SPARSE_ROWS == 0] if len(sparse) > 3 * SPARSE_ROWS * LEAST_ROWS else sparse
+        sparse = sparse[sparse % SPARSE_ROW_STEP == 0] if len(sparse) > 3 * SPARSE_ROW_STEP * LEAST_ROWS else sparse
         profile, middle = self._profiles(channel, line, sparse)
         place = half_level_crossing(profile, OFFSETS_PX, FIRST_BLUR_PX).place_px
         better, blur_px = line_of(sparse, middle - self.side * place), _blur_px(profile, place)
@@ -157,14 +182,16 @@ class HalfLevel:
     def _brightness(self, line: Array) -> Array:
         """Median code value of each channel just inside the edge."""
         rows, columns = self.region.picture.shape[:2]
-        inside = np.rint(line[0] * np.arange(rows) + line[1]).astype(np.int64) - self.side * (PROFILE_PX - 1)
+        inside = np.rint(line[0] * np.arange(rows) + line[1]).astype(np.int64) - self.side * (
+            PROFILE_HALF_LENGTH_PX - 1
+        )
         channels = self.region.picture.reshape(rows, columns, -1)
         return np.median(channels[np.arange(rows), np.clip(inside, 0, columns - 1)], axis=0)
 
 
 def _shaded_crossings(profile: Array, at: Index, blur_px: float) -> Crossings:
-    """Half level around the middles of profiles, the bar's shading towards its edge counted."""
-    few = at % SPARSE_ROWS == 0
+    """Half level around the middles of profiles, corrected for the bar's shading towards its edge."""
+    few = at % SPARSE_ROW_STEP == 0
     even = half_level_crossing(profile[few], OFFSETS_PX, blur_px, expected_px=0.0)
     shading = edge_shading(profile[few], OFFSETS_PX, even, blur_px)
     return half_level_crossing(profile, OFFSETS_PX, blur_px, expected_px=0.0, shading=shading)
@@ -175,19 +202,19 @@ def _steps(crossings: Crossings) -> NDArray[np.bool_]:
     step = np.where(np.isfinite(crossings.place_px), crossings.bright - crossings.dark, np.nan)
     known = step[np.isfinite(step)]
     with np.errstate(invalid="ignore"):
-        return step >= LEAST_STEP * np.percentile(known, 90) if known.size else np.zeros(len(step), dtype=bool)
+        return step >= LEAST_STEP_SHARE * np.percentile(known, 90) if known.size else np.zeros(len(step), dtype=bool)
 
 
 def _blur_px(profile: Array, place: Array) -> float | None:
     found = np.flatnonzero(np.isfinite(place))
     if found.size < LEAST_ROWS:
         return None
-    sample = found[:: max(1, min(BLUR_EVERY, found.size // LEAST_ROWS))]
+    sample = found[:: max(1, min(BLUR_ROW_STEP, found.size // LEAST_ROWS))]
     return edge_blur_px(profile[sample], OFFSETS_PX, place[sample])
 
 
 def _on_line(column: Array, line: Array) -> Array:
     """Columns without those off the line by more than their scatter explains."""
     away = np.abs(column - (line[0] * np.arange(len(column)) + line[1]))
-    limit = max(LEAST_GATE_PX, 3 * SIGMA_PER_MAD * float(np.nanmedian(away)))
+    limit = max(LEAST_GATE_PX, GATE_SIGMAS * SIGMA_PER_MAD * float(np.nanmedian(away)))
     return np.where(away <= limit, column, np.nan)

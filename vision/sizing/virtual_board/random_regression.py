@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-KMEANS_ROUNDS = 20
+MOST_KMEANS_ROUNDS = 20  # chosen: k-means ends earlier when no point changes its cluster
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,6 +40,10 @@ def windowed(points: Array, window_rows: int, windows: int) -> WindowPoints:
         H.
     windows : int
         m; points below the last window are left out.
+
+    Returns
+    -------
+    WindowPoints
     """
     window = np.floor_divide(points[:, 1], window_rows).astype(np.int64)
     order = np.argsort(window, kind="stable")
@@ -74,7 +78,7 @@ def two_sides(points: WindowPoints) -> tuple[WindowPoints, WindowPoints]:
     )
     centres = np.stack([xy[rows, filled[0]], xy[rows, filled[1]]], axis=1)
     second = np.zeros(there.shape, dtype=bool)
-    for _ in range(KMEANS_ROUNDS):
+    for _ in range(MOST_KMEANS_ROUNDS):
         distance = ((xy[:, :, None] - centres[:, None]) ** 2).sum(axis=-1)
         nearer = there & (distance[..., 1] < distance[..., 0])
         if np.array_equal(nearer, second):

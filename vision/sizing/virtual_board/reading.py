@@ -1,4 +1,4 @@
-"""What route V corrects in the source's method, and what it makes of one pair."""
+"""Corrections of route V to the dissertation's method, and its reading of one pair."""
 
 import math
 from dataclasses import dataclass, field
@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Corrections:
-    """What is corrected in the source's route; each can be switched off to show its worth.
+    """Corrections to the dissertation's method; each can be switched off to show its worth.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ AS_PRINTED = Corrections(False, False, False, False, False)
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class VirtualBoardReading:
-    """What route V makes of one pair; NaN where there is no value.
+    """Route V's reading of one pair; NaN where there is no value.
 
     Attributes
     ----------
@@ -58,7 +58,7 @@ class VirtualBoardReading:
         Mean over the kept windows, eq. 3.19; NaN with any reason that forbids a value.
     u_edge_mm, u_board_mm, u_model_mm : float
         Parts of its standard uncertainty (k = 1): scatter of the kept windows, scale of the board, edges that lie off
-        as a whole. NaN unless everything is corrected: what is then wrong has no standard uncertainty.
+        as a whole. NaN unless everything is corrected: the errors of the printed method have no standard uncertainty.
     weighted_deviation_mm : float
         Median over the kept windows of Sigma, eq. 3.18.
     alignment_quality : float

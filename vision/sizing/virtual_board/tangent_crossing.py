@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-ROUNDS = 30
-STEP_END_MM = 1e-9
-SLOPE_STEP_MM = 1e-3
+MOST_NEWTON_STEPS = 30
+CONVERGED_STEP_MM = 1e-9
+DIFFERENCE_STEP_MM = 1e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,14 +86,14 @@ def solve_section(cameras_mm: Array, plane_mm: float, width_mm: float, middle_mm
     cameras_mm = np.ascontiguousarray(cameras_mm)
     target = np.array([width_mm, 0.0, middle_mm])
     section = np.array([middle_mm, plane_mm, 0.5 * width_mm])
-    for _ in range(ROUNDS):
+    for _ in range(MOST_NEWTON_STEPS):
         residual = _seen(cameras_mm, section, plane_mm) - target
         slope = _slope(cameras_mm, section, plane_mm)
         if not (np.all(np.isfinite(slope)) and np.all(np.isfinite(residual))) or abs(np.linalg.det(slope)) < 1e-12:
             return None
         step = np.asarray(np.linalg.solve(slope, residual), dtype=np.float64)
         section = section - step
-        if np.abs(step).max() < STEP_END_MM:
+        if np.abs(step).max() < CONVERGED_STEP_MM:
             cuts = tangent_cuts(cameras_mm, section, plane_mm)
             gain = np.linalg.inv(slope)[2, 0]
             across, height, radius = section.tolist()
@@ -129,8 +129,8 @@ def _slope(cameras_mm, section, plane_mm):  # type: ignore[no-untyped-def]
     slope = np.empty((3, 3))
     for number in range(3):
         up, down = section.copy(), section.copy()
-        up[number] += SLOPE_STEP_MM
-        down[number] -= SLOPE_STEP_MM
+        up[number] += DIFFERENCE_STEP_MM
+        down[number] -= DIFFERENCE_STEP_MM
         change = _seen(cameras_mm, up, plane_mm) - _seen(cameras_mm, down, plane_mm)
-        slope[:, number] = change / (2 * SLOPE_STEP_MM)
+        slope[:, number] = change / (2 * DIFFERENCE_STEP_MM)
     return slope

@@ -1,8 +1,8 @@
 """The bar's two edges in one resampled view, window by window.
 
-The source's way splits each window's boundary points by k-means, wherever in the region they lie; oxide patches then
-turn whole windows into nonsense. The corrected way holds all of a frame's points of one edge against one robust
-line first, searches only strips along the edges, and may move points to the half level in linear light.
+The dissertation's method splits each window's boundary points by k-means, wherever in the region they lie; patches of
+oxide then make whole windows wrong. The corrected method compares all of a frame's points of one edge with one robust
+line first, searches only strips along the edges, and moves points to half level in linear light.
 """
 
 from dataclasses import dataclass
@@ -16,16 +16,16 @@ from vision.edges.operators import EdgeMethod
 from vision.geometry.turned_region import Picture, Region
 from vision.sizing.limits import LIMB_SIDES
 from vision.sizing.virtual_board.boundaries_of_interest import Boundaries, boundaries_of_interest, hot_mask
-from vision.sizing.virtual_board.half_level import LEAST_ROWS, NEAR_LINE_PX, HalfLevel, LimbRows, ThinEdges, line_of
+from vision.sizing.virtual_board.half_level import LEAST_ROWS, LINE_DISTANCE_PX, HalfLevel, LimbRows, ThinEdges, line_of
 from vision.sizing.virtual_board.random_regression import WindowPoints, two_sides, windowed
 
 Array = NDArray[np.float64]
 
-SEARCH_PX = 12  # how far from the rough outline an edge may be
-STRIP_PX = 16  # to either side of an edge: what counts to its boundaries of interest
-MARGIN_PX = 48  # beyond the strip: as far as the forest looks, so that a strip gets what the whole region would
-WEAK = 0.5  # of Otsu's level: scale on the bar takes strength from its edge, and the line tells it from others
-HOT_ROW = 0.4  # of the code values of a bright row
+SEARCH_REACH_PX = 12  # chosen: an edge lies at most this far from the rough outline
+STRIP_HALF_WIDTH_PX = 16  # chosen: boundaries of interest count up to this far to either side of an edge
+FOREST_MARGIN_PX = 48  # the forest reads no further, so that edges in a strip are those of the whole region
+WEAK_LEVEL_SHARE = 0.5  # chosen: of Otsu's level; oxide weakens the bar's edge, and the line rejects other weak edges
+HOT_ROW_SHARE = 0.4  # chosen: a row glows if its code values reach 40 % of a bright row's
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,7 +43,7 @@ class ViewEdges:
     clipped_share : float
         Largest share of overexposed points of an edge.
     contrast : float
-        Smallest ratio of the bar's light to that of the background; infinite where light was not asked for.
+        Smallest ratio of the bar's light to that of the background; infinite without half level.
     hot_share : float
         Share of the region's rows in which the bar glows.
     """
@@ -57,7 +57,7 @@ class ViewEdges:
 
 
 def edges_by_windows(region: Region, window_rows: int, method: EdgeMethod) -> ViewEdges:
-    """Edges by the source's steps: boundaries of interest of the whole region, k-means in each window.
+    """Edges by the dissertation's steps: boundaries of interest of the whole region, k-means in each window.
 
     Parameters
     ----------
@@ -66,6 +66,10 @@ def edges_by_windows(region: Region, window_rows: int, method: EdgeMethod) -> Vi
         H.
     method : str
         Edge detector.
+
+    Returns
+    -------
+    ViewEdges
     """
     windows = region.picture.shape[0] // window_rows
     found = boundaries_of_interest(region.picture, hot_mask(region.picture), method)
@@ -109,14 +113,18 @@ def edges_by_lines(
     ----------
     region : Region
     rough : tuple of two ndarray of float64, shape (2,)
-        Slope and start of both edges, column = slope x row + start, to within `SEARCH_PX`.
+        Slope and start of both edges, column = slope x row + start, to within `SEARCH_REACH_PX`.
     window_rows : int
         H.
     method : str
         Edge detector.
     decode : ndarray of float32, shape (256,), or None
-        Light of every code value: points move to half level in linear light. None: they stay where the edge
-        detector has its ridge.
+        Light of every code value: points move to half level in linear light. None: they stay at the edge detector's
+        ridge.
+
+    Returns
+    -------
+    ViewEdges
     """
     hot = _hot_rows(region.picture, rough)
     limbs = [
@@ -157,10 +165,10 @@ def _thin_edges(picture: Picture, rough: Array, hot: NDArray[np.bool_], method: 
     """Thin edges of a strip along a rough line, in rows that glow."""
     columns = picture.shape[1]
     ends = rough[1] + rough[0] * np.array([0.0, picture.shape[0] - 1.0])
-    inner = max(0, int(ends.min()) - STRIP_PX), min(columns, int(ends.max()) + STRIP_PX + 1)
-    outer = max(0, inner[0] - MARGIN_PX), min(columns, inner[1] + MARGIN_PX)
+    inner = max(0, int(ends.min()) - STRIP_HALF_WIDTH_PX), min(columns, int(ends.max()) + STRIP_HALF_WIDTH_PX + 1)
+    outer = max(0, inner[0] - FOREST_MARGIN_PX), min(columns, inner[1] + FOREST_MARGIN_PX)
     seen = slice(inner[0] - outer[0], inner[1] - outer[0])
-    found = boundaries_of_interest(picture[:, outer[0] : outer[1]], None, method, seen=seen, weak=WEAK)
+    found = boundaries_of_interest(picture[:, outer[0] : outer[1]], None, method, seen=seen, weak=WEAK_LEVEL_SHARE)
     row, column = np.nonzero(found.thin * hot[:, None])
     return ThinEdges(row, (column + inner[0]).astype(np.float64), found.band.sum(axis=1, dtype=np.float64))
 
@@ -170,7 +178,7 @@ def _hot_rows(picture: Picture, rough: tuple[Array, Array]) -> NDArray[np.bool_]
     middle, half = 0.5 * (rough[0] + rough[1]), 0.4 * (rough[1] - rough[0])
     across = np.linspace(-1.0, 1.0, 33)
     level = _middle_levels(picture.reshape(*picture.shape[:2], -1), middle, half, across)
-    return level >= HOT_ROW * np.percentile(level, 90)
+    return level >= HOT_ROW_SHARE * np.percentile(level, 90)
 
 
 @njit(nogil=True, cache=True)
@@ -194,10 +202,10 @@ def _middle_levels(picture, middle, half, across):  # type: ignore[no-untyped-de
 def _line(edges: ThinEdges, rough: Array) -> Array | None:
     """Robust line through the thin edge that most rows agree on near the rough one."""
     away = edges.column - (rough[0] * edges.row + rough[1])
-    near = np.abs(away) < SEARCH_PX
-    count = np.bincount(np.rint(away[near]).astype(np.int64) + SEARCH_PX, minlength=2 * SEARCH_PX + 1)
-    middle = int(np.convolve(count, np.ones(5), "same").argmax()) - SEARCH_PX
-    agree = np.abs(away - middle) <= 2 * NEAR_LINE_PX
+    near = np.abs(away) < SEARCH_REACH_PX
+    count = np.bincount(np.rint(away[near]).astype(np.int64) + SEARCH_REACH_PX, minlength=2 * SEARCH_REACH_PX + 1)
+    middle = int(np.convolve(count, np.ones(5), "same").argmax()) - SEARCH_REACH_PX
+    agree = np.abs(away - middle) <= 2 * LINE_DISTANCE_PX
     if len(np.unique(edges.row[agree])) < LEAST_ROWS:
         return None
     return line_of(edges.row[agree], edges.column[agree])

@@ -7,9 +7,9 @@ from vision.geometry.robust_constants import SIGMA_PER_MAD
 
 Array = NDArray[np.float64]
 
-JUMP_MADS = 6.0  # Sigma that far above its median has jumped: one good window in thousands
-LEAST_SPREAD = 0.25  # of the median: windows that are all alike are all kept
-ROUNDING_MM = 1e-6  # Sigma below says nothing but how numbers were rounded, which differs from run to run
+JUMP_MADS = 6.0  # chosen: Sigma 6 robust standard deviations above its median has jumped; few good windows do
+LEAST_SPREAD_SHARE = 0.25  # chosen, of the median Sigma: least standard deviation, so that like windows are all kept
+ROUNDING_MM = 1e-6  # a smaller Sigma is rounding, which differs from run to run, and discards no window
 
 
 def window_statistics(sampled_mm: Array) -> tuple[Array, Array]:
@@ -37,6 +37,10 @@ def similarity_ratio(areas: Array, uncorrupted_area: float) -> Array:
         A_ij, pixels.
     uncorrupted_area : float
         C, pixels.
+
+    Returns
+    -------
+    ndarray of float64, shape (windows,)
     """
     return areas.mean(axis=1) / uncorrupted_area
 
@@ -50,6 +54,10 @@ def weighted_deviation(ratio: Array, deviation_mm: Array) -> Array:
         R_i.
     deviation_mm : ndarray of float64, shape (windows,)
         sigma_i.
+
+    Returns
+    -------
+    ndarray of float64, shape (windows,)
     """
     return ratio**2 * np.exp(np.minimum(ratio, 100.0) - 1.0) * deviation_mm
 
@@ -67,5 +75,5 @@ def trusted_windows(sigma_mm: Array) -> NDArray[np.bool_]:
         return there
     middle = np.median(sigma_mm[there])
     spread = SIGMA_PER_MAD * np.median(np.abs(sigma_mm[there] - middle))
-    limit = max(middle + JUMP_MADS * max(spread, LEAST_SPREAD * middle), ROUNDING_MM)
+    limit = max(middle + JUMP_MADS * max(spread, LEAST_SPREAD_SHARE * middle), ROUNDING_MM)
     return there & (np.where(there, sigma_mm, np.inf) <= limit)

@@ -164,7 +164,7 @@ def test_a_camera_that_has_moved_since_its_background_gives_no_value():
 
 
 def test_a_camera_that_has_moved_would_be_wrong_if_nobody_looked(monkeypatch):
-    monkeypatch.setattr(conveyor, "MOVED_PX", np.inf)
+    monkeypatch.setattr(conveyor, "CAMERA_MOVED_PX", np.inf)
     reading = moved_since(line_of())
     assert abs(reading.diameter_mm - BAR.diameter_mm) > max(2 * reading.expanded_uncertainty_mm, 1.0)
 

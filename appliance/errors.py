@@ -1,0 +1,30 @@
+"""The tree of errors that a person reads: each message says in one sentence what, where and what to do.
+
+::
+
+    HotgaugeError
+    +-- CommandError              command_options            the command line cannot be used
+    +-- SettingsError             settings.file              the settings file cannot be used
+    +-- StartRefusedError         supervisor.start_gate      the appliance cannot start with these settings
+    +-- CameraError               cameras.source             a source gives no pictures; names its fault
+    |   +-- EndOfRecording        cameras.source             a recording was played once and is over
+    +-- ScaleError                sizing.method              nothing makes millimetres of pixels; names its fault
+    |   +-- RigError              sizing.stereo.rig_file     no usable rig file
+    |   +-- EmptyLineError        sizing.conveyor.empty_line no usable picture of the empty line
+    +-- ReferencesError           ingot.reader_setup         no usable references of the ingots' ends
+    +-- PlcInputsError            conformity.plc_inputs      what the PLC had written cannot be read again
+    +-- FusionError               sizing.stereo.fuse_files   two pictures cannot be fused
+    +-- PlotsMissingError         sizing.figures             the plotting library is not installed
+    +-- OutputError               simulation.write_recording a recording cannot be written
+    +-- TrainingError             training.edge_forest       a model cannot be trained or written
+    +-- InstallError              service.install            the service cannot be installed
+
+Two rooms that know nothing of the appliance have errors of their own: `plc.poll.PollError` (a gauge does not answer as
+one should), `plc.listener.BindError` (a port cannot be had), `plc.security.identity.CertificateError` (a certificate
+cannot be used) and `vision.calibration.acceptance.CalibrationError` (board pictures give no calibration). A wrong
+call raises `ValueError` or `TypeError`, and data that show no bar raise nothing.
+"""
+
+
+class HotgaugeError(Exception):
+    """Trouble that a person can mend; its message is the sentence that the person reads."""
