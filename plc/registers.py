@@ -139,7 +139,7 @@ REGISTERS: tuple[Register, ...] = (
         34,
         "alignment_quality",
         "%",
-        "overlap of the two views' outlines: 100 at a match; negative: the board lies too low",
+        "overlap of the two views' outlines, 100 at a match; below 99, negative says that the board lies too low",
     ),
     _measured(36, "plane_height", "mm", "height of the virtual board over the conveyor plane"),
     _measured(38, "bar_min", "mm", "smallest diameter of the bar so far"),

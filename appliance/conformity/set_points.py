@@ -1,7 +1,7 @@
-"""What the PLC wants: target, tolerances, temperature and grade, as numbers in their units."""
+"""What the mill wants of a bar: target, tolerances, temperature and grade, from the PLC or from the settings."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Self
 
 from plc.registers import REGISTERS
@@ -11,7 +11,7 @@ _ROWS = {row.name: row for row in REGISTERS}
 
 @dataclass(frozen=True, slots=True)
 class SetPoints:
-    """What the PLC wants; None for what it has not set."""
+    """What is wanted; None for what is not set."""
 
     target_mm: float | None = None
     tolerance_plus_mm: float | None = None
@@ -30,6 +30,11 @@ class SetPoints:
             temperature_c=_value(written, "steel_temperature"),
             grade=grade or None,
         )
+
+    def over(self, others: Self) -> Self:
+        """These set points, each that is not set taken from others."""
+        mine = {field.name: getattr(self, field.name) for field in fields(self)}
+        return replace(others, **{name: value for name, value in mine.items() if value is not None})
 
     @property
     def tolerance_mm(self) -> tuple[float, float] | None:

@@ -132,16 +132,16 @@ def _allowed(field: _JsonSchema) -> str:
         "array": 'a list ["...", ...]' if _items(kind) == "string" else "a list [x, y, width, height]",
     }
     name = names.get(kind["type"], f"a {kind.get('format', 'text')}")
-    return " ".join(part for part in (name, _bounds(field), field.get("unit", "")) if part)
+    return " ".join(part for part in (name, _bounds(kind), field.get("unit", "")) if part)
 
 
 def _items(kind: _JsonSchema) -> str:
     return kind.get("items", {}).get("type", "")
 
 
-def _bounds(field: _JsonSchema) -> str:
-    if "maximum" not in field:
+def _bounds(kind: _JsonSchema) -> str:
+    if "maximum" not in kind:
         return ""
-    excluded = "exclusiveMinimum" in field
-    lower = f"above {field['exclusiveMinimum']:g} up" if excluded else f"from {field['minimum']:g}"
-    return f"{lower} to {field['maximum']:.12g}"
+    excluded = "exclusiveMinimum" in kind
+    lower = f"above {kind['exclusiveMinimum']:g} up" if excluded else f"from {kind['minimum']:g}"
+    return f"{lower} to {kind['maximum']:.12g}"

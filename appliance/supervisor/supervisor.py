@@ -47,7 +47,7 @@ class Supervisor:
     def __init__(self, settings: Settings, *, wall: Callable[[], float] = time.time) -> None:
         self._settings = settings
         self._server = make_server(settings.plc, self._receive_write)
-        self._inputs = PlcInputs(state_folder(settings.plc), self._report_disk)
+        self._inputs = PlcInputs(state_folder(settings.plc), self._report_disk, settings.sizing.set_points.points())
         self._faults = Faults(lambda: self._inputs.product_id)
         self._alarms = Alarms()
         self._clock = WallClock(wall)
@@ -138,7 +138,8 @@ class Supervisor:
         in_force = {"sizing": settings.sizing, "ingot": ingot}
         before, self._settings = self._settings, self._settings.model_copy(update=in_force)
         self._faults.report("restart_needed", active=settings != self._settings)
-        if settings.sizing != before.sizing:
+        self._inputs.settings = settings.sizing.set_points.points()
+        if settings.sizing.model_copy(update={"set_points": before.sizing.set_points}) != before.sizing:
             self._sizing.renew(settings.sizing)
         if self._ingots and self._settings.ingot != before.ingot:
             self._ingots.renew(settings.ingot)

@@ -3,6 +3,7 @@
 import logging
 from pathlib import Path
 
+from appliance.conformity.steels import STEELS
 from appliance.conformity.thermal_expansion import GRADES
 from appliance.diagnostics.alarms import ALARMS
 from appliance.diagnostics.fault_table import FAULTS
@@ -122,7 +123,13 @@ def grades() -> str:
         for number, grade in GRADES.items()
     ]
     head = ("expansion_grade", "steel", *(f"elongation at {temperature_c} °C" for temperature_c in temperatures_c))
-    return _document("Steel grades", "How much larger steel is than at 20 °C, by EN 1993-1-2:2005.", head, rows)
+    expansion = _document("Steel grades", "How much larger steel is than at 20 °C, by EN 1993-1-2:2005.", head, rows)
+    steels = [(str(number), ", ".join(name for name, grade in STEELS.items() if grade == number)) for number in GRADES]
+    intro = (
+        "Names for `sizing.set_points.grade`; names and classes after EN 10025-2, EN 10083, EN 10084, EN ISO 683-17, "
+        "EN 10088-1 and AISI, numbers after EN 10027-2. Capitals and blanks do not matter."
+    )
+    return f"{expansion}\n#{_document('Names of steels', intro, ('expansion_grade', 'names'), steels)}"
 
 
 _SETTINGS_HEAD = ("key", "allowed", "default", "text")
