@@ -56,8 +56,10 @@ class Advisor:
         self.low_trust = reading is not None and Reason.NO_BAR not in reading.reasons and not trusted
         self.decision = Decision.NONE
         judged = self._judge(reading, points) if reading is not None and reading.valid else {}
+        if self.decision is not Decision.NONE and not trusted:
+            self.decision = Decision.UNDECIDED
         self._move_correction(judged.get("deviation") if trusted else None, now_s)
-        self._values = judged if reading is None else judged | {"trust": trust}
+        self._values = judged if reading is None else judged | {"trust": trust, "decision": self.decision}
         self._values["correction"] = None if points.target_mm is None else self._corrected_mm
 
     def values(self) -> dict[str, Value]:
@@ -76,7 +78,7 @@ class Advisor:
         deviation_mm = judged.diameter_mm - points.target_mm
         if points.tolerance_mm is not None:
             self.decision = decide(deviation_mm, judged.expanded_mm, points.tolerance_mm)
-        return values | {"deviation": deviation_mm, "decision": self.decision}
+        return values | {"deviation": deviation_mm}
 
     def _move_correction(self, deviation_mm: Value, now_s: float) -> None:
         """Move towards the correction of a trusted deviation; at once to 0 without one."""

@@ -7,6 +7,7 @@ from plc.rows import Value
 from vision.reasons import IngotReason
 
 ORIENTATION_CODES = {"top": Orientation.TOP, "bottom": Orientation.BOTTOM, "undecided": Orientation.UNDECIDED}
+GONE_PICTURES = 5  # without an end, in a row: chosen, as the follower's `gone_frames`; one picture may miss an end
 AGE_LARGEST_MS = 0xFFFFFFFE  # one more is "no value"
 
 
@@ -39,6 +40,8 @@ class IngotPublication:
         self._before = 0  # ingots of the processes that have ended
         self._ingots = 0
         self._published = 0  # number of the newest ingot in the ring
+        self._top_lies = False
+        self._empty_pictures = 0
         self._index = 0
         self._ring: dict[str, Value] = {}
 
@@ -51,6 +54,7 @@ class IngotPublication:
                 self._write(verdict)
         if message.current is not None:
             self._ingots = max(self._ingots, self._before + message.current.ingot)
+        self._watch_top(message)
 
     def withdraw(self, reason: IngotReason, *, restarted: bool) -> None:
         """Let no picture stand.
@@ -86,9 +90,21 @@ class IngotPublication:
 
     @property
     def wrong_orientation(self) -> bool:
-        """Whether the ingot on the line was decided to show its top."""
-        current = self._standing.current if self._standing is not None else None
-        return current is not None and current.orientation == "top"
+        """Whether an ingot that was decided to show its top lies on the line, as far as anybody knows.
+
+        A camera that is lost, a stale picture or a new process says nothing of the ingot: it ends with pictures that
+        show the line empty, or with an ingot that is decided to show its bottom.
+        """
+        return self._top_lies
+
+    def _watch_top(self, message: IngotMessage) -> None:
+        orientation = message.current.orientation if message.current is not None else None
+        empty = message.current is None and not message.reading.present
+        self._empty_pictures = self._empty_pictures + 1 if empty else 0
+        if orientation == "top":
+            self._top_lies = True
+        elif orientation == "bottom" or self._empty_pictures >= GONE_PICTURES:
+            self._top_lies = False
 
     def values(self) -> dict[str, Value]:
         """Values of the registers at the last `update`, by name; None and NaN are "no value"."""

@@ -13,6 +13,7 @@ from vision.ingot.sequential_decision import IngotDecision, IngotFollower
 from vision.readings import OrientationReading
 
 TOLD_AGAIN = 4  # ingots: more are not decided in the time of a few lost messages
+UNSEEN_S = 3.0  # without a picture: chosen, shorter than a crane takes to exchange an ingot
 
 
 class IngotReporter:
@@ -25,6 +26,7 @@ class IngotReporter:
 
     def __init__(self, settings: IngotSettings) -> None:
         self._follower = IngotFollower(decision_rule(settings.decision))
+        self._seen_s = math.inf  # before the first picture nothing is missed
         self._told: collections.deque[IngotVerdict] = collections.deque(maxlen=TOLD_AGAIN)
 
     def report(
@@ -44,8 +46,8 @@ class IngotReporter:
         simulated : bool
         """
         now_ms = utc_ms(time.monotonic())
-        for decision in self._follower.take(frame.sequence, reading):
-            self._told.append(_verdict(decision, now_ms))
+        decisions = self._end_unseen(frame.exposed_monotonic_s) + self._follower.take(frame.sequence, reading)
+        self._told.extend(_verdict(decision, now_ms) for decision in decisions)
         current = self._follower.current
         return IngotMessage(
             sequence=frame.sequence,
@@ -57,6 +59,11 @@ class IngotReporter:
             current=None if current is None else _verdict(current, now_ms),
             told=tuple(self._told),
         )
+
+    def _end_unseen(self, exposed_s: float) -> list[IngotDecision]:
+        """End the ingot when the camera was away for so long that another one may lie there."""
+        unseen_s, self._seen_s = exposed_s - self._seen_s, exposed_s
+        return self._follower.end() if unseen_s > UNSEEN_S else []
 
 
 def _verdict(decision: IngotDecision, now_ms: int) -> IngotVerdict:

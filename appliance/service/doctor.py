@@ -164,7 +164,7 @@ def _disk(settings: Settings) -> Check:
 def _cache(_: Settings) -> Check:
     given = os.environ.get("NUMBA_CACHE_DIR")
     if given is None:
-        return _writable("cache", Path(__file__).parent, "compiled code is kept beside the program")
+        return _writable("cache", Path(__file__).parents[1], "compiled code is kept beside the program")
     return _writable("cache", Path(given), "compiled code is kept")
 
 

@@ -39,7 +39,7 @@ FILES = (
 
 def templates() -> Path:
     """The folder `systemd` of the source, or the one that was installed with the package."""
-    beside = Path(__file__).parents[1] / "systemd"
+    beside = Path(__file__).parents[2] / "systemd"
     return beside if beside.is_dir() else Path(sys.prefix) / "share" / "hotgauge" / "systemd"
 
 
