@@ -15,6 +15,7 @@ from cryptography.x509.oid import NameOID
 from plc.security.roles import Role
 
 ROLE_OID = x509.ObjectIdentifier("1.3.6.1.4.1.50316.802.1")
+NAME_LENGTH_MAX = 64  # ub-common-name of RFC 5280
 _UTF8_STRING = 0x0C  # tag in the encoding of ASN.1
 
 
@@ -152,7 +153,7 @@ def holder(certificate: bytes) -> Holder:
     if read.not_valid_after_utc < datetime.now(UTC):
         raise CertificateError("its certificate has expired")
     name = "".join(char for char in str(names[0].value) if char.isprintable()) if names else ""
-    return Holder(name or "without a name", _role(extensions[0].value) if extensions else None)
+    return Holder(name[:NAME_LENGTH_MAX] or "without a name", _role(extensions[0].value) if extensions else None)
 
 
 def _role(extension: x509.ExtensionType) -> Role | None:
