@@ -1,22 +1,12 @@
 """The whole gauge with certificates that its own command has made."""
 
-import ssl
-
 import pytest
 from modbus_wire import Wire, exception, read, write_coils, write_registers
 from plc_view import has_value, wait_for
 from running import free_port, running_with_log
+from tls_wire import TlsWire
 
 from appliance.cli.main import main
-
-
-class TlsWire(Wire):
-    def __init__(self, port, folder, name) -> None:
-        super().__init__(port)
-        context = ssl.create_default_context(cafile=folder / "authority.pem")
-        context.load_cert_chain(folder / f"client-{name}.pem", folder / f"client-{name}.key")
-        with self.socket as plain:
-            self.socket = context.wrap_socket(plain, server_hostname="localhost")
 
 
 @pytest.fixture

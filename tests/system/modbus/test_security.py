@@ -22,6 +22,7 @@ from modbus_wire import (
     write_registers,
 )
 from pymodbus.client import ModbusTlsClient
+from tls_wire import TlsWire, context
 
 from plc.process_image import encode
 from plc.security import secure_port
@@ -64,27 +65,10 @@ def server(folder, written):
         yield server
 
 
-def context(folder: Path, name: str | None, newest: ssl.TLSVersion = ssl.TLSVersion.TLSv1_3) -> ssl.SSLContext:
-    context = ssl.create_default_context(cafile=folder / "authority.pem")
-    context.maximum_version = newest
-    if name:
-        context.load_cert_chain(folder / f"client-{name}.pem", folder / f"client-{name}.key")
-    return context
-
-
-class TlsWire(Wire):
-    """A client with a certificate."""
-
-    def __init__(self, server, folder, name, *, source="127.0.0.1", newest=ssl.TLSVersion.TLSv1_3) -> None:
-        super().__init__(server._secure.port, source=source)
-        with self.socket as plain:  # which is closed also when there is no handshake
-            self.socket = context(folder, name, newest).wrap_socket(plain, server_hostname="127.0.0.1")
-
-
 def is_refused(server, folder, name, **options) -> bool:
     """Whether a client gets no answer; with TLS 1.3 it learns that only when it reads."""
     try:
-        with TlsWire(server, folder, name, **options) as wire:
+        with TlsWire(server._secure.port, folder, name, **options) as wire:
             wire.ask(read(4, 0, 1))
     except (OSError, ConnectionError):
         return True
@@ -97,7 +81,7 @@ def logged(caplog) -> list[str]:
 
 @pytest.mark.parametrize("newest", [ssl.TLSVersion.TLSv1_2, ssl.TLSVersion.TLSv1_3])
 def test_an_engineer_reads_and_writes_everything(server, folder, written, newest):
-    with TlsWire(server, folder, "engineer", newest=newest) as wire:
+    with TlsWire(server._secure.port, folder, "engineer", newest=newest) as wire:
         assert wire.ask(read(4, 0, 120))[2:] == encode(LIVE).words
         assert all(wire.ask(request)[0] == request[0] for request in COMMANDS + SETTINGS)
     assert {name for change in written for name in change} == {
@@ -106,7 +90,7 @@ def test_an_engineer_reads_and_writes_everything(server, folder, written, newest
 
 
 def test_an_operator_commands_and_cannot_set(server, folder, written, caplog):
-    with TlsWire(server, folder, "operator") as wire:
+    with TlsWire(server._secure.port, folder, "operator") as wire:
         assert [wire.ask(request) for request in SETTINGS] == [exception(one[0], 1) for one in SETTINGS]
         assert written == []
         assert all(wire.ask(request)[0] == request[0] for request in COMMANDS)
@@ -116,7 +100,7 @@ def test_an_operator_commands_and_cannot_set(server, folder, written, caplog):
 
 def test_a_viewer_reads_and_every_write_answers_1_and_is_logged_once_for_each_function(server, folder, written, caplog):
     for _ in range(3):
-        with TlsWire(server, folder, "viewer") as wire:
+        with TlsWire(server._secure.port, folder, "viewer") as wire:
             assert wire.ask(read(3, 0, 120))[2:] == encode(LIVE).words
             for request in COMMANDS + SETTINGS:
                 assert wire.ask(request) == exception(request[0], 1)
@@ -126,7 +110,7 @@ def test_a_viewer_reads_and_every_write_answers_1_and_is_logged_once_for_each_fu
 
 def test_a_certificate_without_a_known_role_is_a_viewer(server, folder, written):
     Authority.load(folder).client(folder, "boss", "boss")
-    with TlsWire(server, folder, "boss") as wire:
+    with TlsWire(server._secure.port, folder, "boss") as wire:
         assert wire.ask(read(4, 0, 1))[0] == 4
         assert wire.ask(write_coils(32, True)) == exception(15, 1)
     assert written == []
@@ -168,10 +152,10 @@ def test_an_address_that_is_not_listed_may_not_write_with_the_best_certificate(f
     listed = [Network.parse("127.0.0.5")]
     server = ModbusServer("127.0.0.1", 0, writes="tls", writers=listed, secure=secure, on_write=written)
     with served(server):
-        with TlsWire(server, folder, "engineer", source="127.0.0.6") as wire:
+        with TlsWire(server._secure.port, folder, "engineer", source="127.0.0.6") as wire:
             assert wire.ask(write_registers(200, 26550)) == exception(16, 1)
         assert written == []
-        with TlsWire(server, folder, "engineer", source="127.0.0.5") as wire:
+        with TlsWire(server._secure.port, folder, "engineer", source="127.0.0.5") as wire:
             assert wire.ask(write_registers(200, 26550))[0] == 16
     assert len([line for line in logged(caplog) if "not in plc.writers" in line]) == 1
 
@@ -180,7 +164,7 @@ def test_the_plain_port_can_be_off(folder, written):
     server = ModbusServer("127.0.0.1", None, writes="tls", secure=SecurePort(0, files(folder)), on_write=written)
     with served(server) as loop:
         assert server.port == 0
-        with TlsWire(server, folder, "engineer") as wire:
+        with TlsWire(server._secure.port, folder, "engineer") as wire:
             assert wire.ask(read(4, 0, 1))[0] == 4
 
         async def connect() -> socket.socket:
@@ -212,7 +196,7 @@ def test_pymodbus_with_a_certificate_reads_and_writes(server, folder, written):
 
 def test_half_open_handshakes_lock_nobody_out(server, folder):
     silent = [Wire(server._secure.port) for _ in range(20)]
-    with TlsWire(server, folder, "engineer") as wire:
+    with TlsWire(server._secure.port, folder, "engineer") as wire:
         assert wire.ask(read(4, 0, 1))[0] == 4
     for wire in silent:
         wire.socket.close()
@@ -227,14 +211,14 @@ def test_certificates_are_renewed_without_a_restart_and_connections_live_on(tmp_
     authority.client(tmp_path, "plc", Role.ENGINEER)
     secure = SecurePort(0, files(tmp_path))
     server = ModbusServer("127.0.0.1", None, writes="tls", secure=secure, on_write=written)
-    with served(server), TlsWire(server, tmp_path, "plc") as before:
+    with served(server), TlsWire(server._secure.port, tmp_path, "plc") as before:
         assert "expires on" in secure.due()
         (tmp_path / "server.pem").write_text("half a certificate")
         assert eventually(lambda: "plc.tls.certificate" in secure.trouble)
         assert before.ask(read(4, 0, 1))[0] == 4
         authority.server(tmp_path, ["127.0.0.1"])
         assert eventually(lambda: not secure.trouble and not secure.due())
-        with TlsWire(server, tmp_path, "plc") as after:
+        with TlsWire(server._secure.port, tmp_path, "plc") as after:
             assert after.ask(write_registers(200, 26550))[0] == 16
         assert before.ask(read(4, 0, 1))[0] == 4
         other = Authority.make()
@@ -269,7 +253,8 @@ def test_keys_can_be_read_by_their_owner_only(folder):
 
 def test_ten_thousand_random_writes_without_right_over_all_ports_and_roles_change_nothing(server, folder, written):
     chance = random.Random(20261129)
-    viewer, operator, plain = TlsWire(server, folder, "viewer"), TlsWire(server, folder, "operator"), Wire(server.port)
+    viewer, operator = (TlsWire(server._secure.port, folder, name) for name in ("viewer", "operator"))
+    plain = Wire(server.port)
     begun_s = time.monotonic()
     for _ in range(10_000):
         wire = chance.choice([viewer, operator, plain])
