@@ -12,6 +12,7 @@ import os
 import socket
 import ssl
 import struct
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import cast, get_args
 
@@ -198,9 +199,9 @@ class ModbusServer:
     secure : SecurePort, optional
         Modbus/TCP Security on a port of its own.
     connections_max : int
-        Clients served at once. One more takes the place of the oldest that has not sent a whole request yet, so
-        that half-open connections lock nobody out, and a writer that of the oldest which is none; otherwise it is
-        closed at once.
+        Clients served at once. One more takes the place of the oldest that has not sent a whole request yet, of
+        the address that has most of these, so that half-open connections lock nobody out, and a writer that of the
+        oldest which is none; otherwise it is closed at once.
     on_write : callable, optional
         Called in the event loop with what a write changes, by name: set points as the numbers in their words,
         commands as levels. An equal write does not call it. If it raises, nothing is written and the client
@@ -385,13 +386,20 @@ class ModbusServer:
         self.refuse(address, f"{why}; raise the limit of descriptors (LimitNOFILE) or lower plc.connections_max")
 
     def _make_room(self, address: str) -> bool:
-        idle = (connection for connection in self._connections if not connection.has_asked)
-        others = (c for c in self._connections if not self._policy.lists(c.client.address))
-        leaving = next(idle, None) or (next(others, None) if self._policy.lists(address) else None)
+        leaving = self._idle()
+        if leaving is None and self._policy.lists(address):
+            others = (c for c in self._connections if not self._policy.lists(c.client.address))
+            leaving = next(others, None)
         if leaving is not None:
             leaving.abort()
             self.dismiss(leaving)
         return leaving is not None
+
+    def _idle(self) -> _Connection | None:
+        """Oldest connection that has not asked yet, of the address that has most of them."""
+        idle = [connection for connection in self._connections if not connection.has_asked]
+        addresses = Counter(connection.client.address for connection in idle)
+        return max(idle, key=lambda connection: addresses[connection.client.address], default=None)
 
     def _drop_secure(self) -> None:
         """End connections whose certificates were signed by an authority that is not trusted any more."""

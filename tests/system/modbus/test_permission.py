@@ -8,7 +8,18 @@ import struct
 from collections.abc import Iterator
 
 import pytest
-from modbus_wire import LIVE, Wire, exception, frame, read, served, write_and_read, write_coils, write_registers
+from modbus_wire import (
+    LIVE,
+    Wire,
+    eventually,
+    exception,
+    frame,
+    read,
+    served,
+    write_and_read,
+    write_coils,
+    write_registers,
+)
 
 from plc.process_image import encode
 from plc.security.addresses import Network
@@ -94,6 +105,15 @@ def test_a_writer_gets_a_place_although_others_have_taken_them_all(written):
             assert others[0].closed_by_server()
             assert all(wire.ask(read(4, 0, 1))[0] == 4 for wire in others[1:])
         for wire in others:
+            wire.socket.close()
+
+
+def test_half_open_connections_of_one_address_take_no_place_from_a_newcomer_of_another(written):
+    with gauge(written, connections_max=4) as server, Wire(server.port, source="127.0.0.8") as hesitant:
+        flood = [Wire(server.port, source="127.0.0.9") for _ in range(20)]
+        assert eventually(lambda: server.connections == 4)
+        assert hesitant.ask(read(4, 0, 1))[0] == 4
+        for wire in flood:
             wire.socket.close()
 
 
