@@ -1,4 +1,4 @@
-"""The command line: trouble is one sentence and exit code 2; only commands that need pictures load image libraries."""
+"""The command line: an error prints one sentence and gives exit code 2; image libraries load only when needed."""
 
 import argparse
 import difflib
@@ -34,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        Exit code: 0 done, 1 checks have failed, 2 trouble, 130 interrupted.
+        Exit code: 0 done, 1 a check of `doctor` has failed, 2 error, 130 interrupted.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
@@ -47,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return EXIT_TROUBLE
     except KeyboardInterrupt:
         return EXIT_INTERRUPTED
-    except BrokenPipeError:  # `hotgauge registers | head` is nobody's error
+    except BrokenPipeError:  # the reader of a pipe has closed it, as `| head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     return exit_code or 0
@@ -63,7 +63,7 @@ def _check_command(words: Sequence[str]) -> None:
 
 
 def parser() -> argparse.ArgumentParser:
-    """The whole command line."""
+    """Make the parser of all commands."""
     whole = _Parser(prog="hotgauge", description="Measures hot rolled bars and serves the PLC.")
     commands = whole.add_subparsers(metavar="COMMAND", required=True)
     for name, (run, text, add_arguments) in COMMANDS.items():

@@ -1,4 +1,4 @@
-"""The command measure, and the table of the rooms that run its methods."""
+"""The command measure, and the table of the classes that run its methods."""
 
 import argparse
 from pathlib import Path
@@ -9,7 +9,7 @@ from appliance.sizing.measuring import Measuring
 from appliance.sizing.stereo.measuring import StereoMeasuring
 
 ROOMS: tuple[Measuring, ...] = (StereoMeasuring(), ConveyorMeasuring())
-BY_METHOD = {name: room for room in ROOMS for name in room.names}
+ROOM_BY_METHOD = {name: room for room in ROOMS for name in room.names}
 
 
 def add_measure(command: argparse.ArgumentParser) -> None:
@@ -19,7 +19,7 @@ def add_measure(command: argparse.ArgumentParser) -> None:
         "--output", type=Path, required=True, metavar="FILE", help="readings; CSV if it ends in .csv, else JSON lines"
     )
     command.add_argument(
-        "--method", choices=tuple(BY_METHOD), default="tangent", help="; ".join(room.text for room in ROOMS)
+        "--method", choices=tuple(ROOM_BY_METHOD), default="tangent", help="; ".join(room.text for room in ROOMS)
     )
     for room in ROOMS:
         room.add_options(command)
@@ -27,7 +27,7 @@ def add_measure(command: argparse.ArgumentParser) -> None:
 
 
 def run_measure(given: argparse.Namespace) -> None:
-    room = BY_METHOD[given.method]
+    room = ROOM_BY_METHOD[given.method]
     _refuse_others(given, room)
     try:
         room.run(given)
@@ -37,7 +37,7 @@ def run_measure(given: argparse.Namespace) -> None:
 
 
 def _refuse_others(given: argparse.Namespace, room: Measuring) -> None:
-    """Raise `CommandError` for an option that has no meaning with the method."""
+    """Raise `CommandError` for an option that does not apply to the method."""
     for other in ROOMS:
         for option in other.options:
             if option in room.options or getattr(given, option) is None:

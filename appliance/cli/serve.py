@@ -1,4 +1,4 @@
-"""Commands that serve the PLC or look at a gauge and its computer."""
+"""Commands that measure and serve the PLC: run, replay."""
 
 import argparse
 import asyncio
@@ -44,7 +44,7 @@ async def _supervise(settings: Settings, load: Callable[[], Settings]) -> None:
     supervisor = Supervisor(settings)
     manager = service.ServiceManager()
     loop = asyncio.get_running_loop()
-    reloads: set[asyncio.Task[None]] = set()  # the loop itself holds tasks only weakly
+    reloads: set[asyncio.Task[None]] = set()  # keeps the tasks: the loop holds only weak references
 
     def stop() -> None:
         manager.stopping()
@@ -62,9 +62,9 @@ async def _supervise(settings: Settings, load: Callable[[], Settings]) -> None:
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, stop)
     managed = service.is_managed()
-    if managed:  # on a terminal it means that the terminal is closed
+    if managed:  # without a service manager SIGHUP means that the terminal was closed
         loop.add_signal_handler(signal.SIGHUP, reload)
-    # a service has nobody who looks at a refusal: it serves the fault instead
+    # a service serves the fault to the PLC instead of refusing to start, since nobody reads its terminal
     await supervisor.run(serving, manager.proof, refuses=not managed)
 
 

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Self
 
+from appliance.sizing.set_points import SetPointSettings, grade_of
 from plc.registers import REGISTERS
 
 _ROWS = {row.name: row for row in REGISTERS}
@@ -20,8 +21,8 @@ class SetPoints:
     grade: int | None = None
 
     @classmethod
-    def of(cls, written: Mapping[str, int | bool]) -> Self:
-        """Set points from the numbers in their words, by register; 0 and missing mean "not set"."""
+    def from_words(cls, written: Mapping[str, int | bool]) -> Self:
+        """Scale the numbers in the words of set points, by register name; 0 or a missing name means "not set"."""
         grade = int(written.get("expansion_grade", 0))
         return cls(
             target_mm=_value(written, "target_diameter"),
@@ -31,6 +32,17 @@ class SetPoints:
             grade=grade or None,
         )
 
+    @classmethod
+    def from_settings(cls, wanted: SetPointSettings) -> Self:
+        """Set points of the settings file."""
+        return cls(
+            target_mm=wanted.target_mm,
+            tolerance_plus_mm=wanted.tolerance_plus_mm,
+            tolerance_minus_mm=wanted.tolerance_minus_mm,
+            temperature_c=wanted.temperature_c,
+            grade=grade_of(wanted.grade) if wanted.grade else None,
+        )
+
     def over(self, others: Self) -> Self:
         """These set points, each that is not set taken from others."""
         mine = {field.name: getattr(self, field.name) for field in fields(self)}
@@ -38,7 +50,7 @@ class SetPoints:
 
     @property
     def tolerance_mm(self) -> tuple[float, float] | None:
-        """Allowed above and below the target; None unless both are set."""
+        """Allowed deviations above and below the target, mm; None unless both are set."""
         if self.tolerance_plus_mm is None or self.tolerance_minus_mm is None:
             return None
         return self.tolerance_plus_mm, self.tolerance_minus_mm

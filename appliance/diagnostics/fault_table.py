@@ -41,7 +41,7 @@ class FaultRow(NamedTuple):
     latching: bool = False
 
     @property
-    def told_by_station(self) -> bool:
+    def reported_by_station(self) -> bool:
         """Whether it is a measuring process that knows of it."""
         return self.code < 300
 

@@ -2,7 +2,7 @@
 
 A fault is trouble with the equipment, not with the bar. It owns the NE 107 class that the PLC reads as
 `device_state` and a bit of `fault_word`; it is logged once when it comes and once when it goes. Codes 1xx (cameras) and
-2xx (calibration) are told by a measuring process, the others by the supervisor.
+2xx (calibration) are reported by a measuring process, the others by the supervisor.
 """
 
 import logging
@@ -70,11 +70,11 @@ class Faults:
         ValueError
             A name is not in the table, or not one that a station tells.
         """
-        wrong = [name for name in found if name not in _ROWS or not _ROWS[name].told_by_station]
+        wrong = [name for name in found if name not in _ROWS or not _ROWS[name].reported_by_station]
         if wrong:
             raise ValueError(f"found: no station tells of {wrong[0]!r}")
         for row in FAULTS:
-            if row.told_by_station:
+            if row.reported_by_station:
                 self.report(row.name, active=row.name in found, detail=found.get(row.name, ""), station=station)
 
     def acknowledge(self) -> None:

@@ -1,4 +1,4 @@
-"""What `orient` saw, as pictures: every frame with its end and verdict, and all ends side by side."""
+"""Annotated pictures of `orient`: each frame with its end and verdict, and a strip of all ends."""
 
 from pathlib import Path
 
@@ -13,18 +13,18 @@ from vision.readings import OrientationReading
 Picture = NDArray[np.uint8]
 
 COLOURS = {"top": (60, 60, 255), "bottom": (80, 220, 80), "undecided": (0, 200, 255)}  # blue-green-red
-ACROSS = 12  # ends in a row of the strip
+ENDS_IN_A_ROW = 12  # of the strip
 BORDER_PX = 3
-ENDS_MOST = 600
+LARGEST_STRIP = 600  # ends; later ones are not in the strip
 
 
 class Plot:
-    """Writes annotated frames as they come, and the strip at the end.
+    """Writes each annotated frame at once, and the strip at the end.
 
     Parameters
     ----------
     folder : Path
-        Made if it is not there; raises `OSError`.
+        Made if it is missing; raises `OSError`.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -38,7 +38,7 @@ class Plot:
         shown = np.asarray(colours, np.uint8)
         colour = COLOURS[reading.orientation]
         if reading.present:
-            if len(self._ends) < ENDS_MOST:
+            if len(self._ends) < LARGEST_STRIP:
                 self._ends.append(_framed(shown, reading, colour))
             center = round(reading.center_x), round(reading.center_y)
             cv2.circle(shown, center, round(reading.radius), colour, 2, cv2.LINE_AA)
@@ -47,12 +47,12 @@ class Plot:
         _write(self._folder / f"{frame:06d}.jpg", shown)
 
     def write_strip(self) -> None:
-        """Write all ends, in order, framed in the colour of their verdict; nothing when there were none."""
+        """Write the strip of all ends, each framed in the colour of its verdict; without ends nothing is written."""
         if not self._ends:
             return
         empty = np.zeros_like(self._ends[0])
-        ends = self._ends + [empty] * (-len(self._ends) % ACROSS)
-        rows = [np.hstack(ends[start : start + ACROSS]) for start in range(0, len(ends), ACROSS)]
+        ends = self._ends + [empty] * (-len(self._ends) % ENDS_IN_A_ROW)
+        rows = [np.hstack(ends[start : start + ENDS_IN_A_ROW]) for start in range(0, len(ends), ENDS_IN_A_ROW)]
         _write(self._folder / "ends.png", np.vstack(rows))
 
 

@@ -1,4 +1,4 @@
-"""What the ingot station puts into the registers: the ingot on the line, and the last ingots for slow PLCs."""
+"""Registers of the ingot station: the ingot on the line, and a ring of the last ingots for PLCs that poll slowly."""
 
 from appliance.ingot.message import IngotMessage, IngotVerdict
 from plc.codes import Orientation, Validity
@@ -8,24 +8,24 @@ from vision.reasons import IngotReason
 
 ORIENTATION_CODES = {"top": Orientation.TOP, "bottom": Orientation.BOTTOM, "undecided": Orientation.UNDECIDED}
 GONE_PICTURES = 5  # without an end, in a row: chosen, as the follower's `gone_frames`; one picture may miss an end
-AGE_LARGEST_MS = 0xFFFFFFFE  # one more is "no value"
+LARGEST_AGE_MS = 0xFFFFFFFE  # largest age in a u32; 0xFFFFFFFF is "no value"
 
 
 class IngotPublication:
-    """The newest picture of the ingot station and what of it may be served.
+    """The newest message of the ingot station, and whether it may be served.
 
     Parameters
     ----------
     stale_after_ms : int
-        Age from which a picture says nothing any more.
+        Age above which a picture is no longer served.
 
     Attributes
     ----------
     stale_after_ms : int
     simulated : bool
-        Whether the pictures are of a simulated line or of a recording.
+        Whether the pictures come from a simulation or a recording.
     stale : bool
-        Whether there is a picture and it was too old to stand at the last `update`.
+        Whether there was a picture at the last `update`, older than `stale_after_ms`.
     """
 
     def __init__(self, stale_after_ms: int) -> None:
@@ -46,7 +46,7 @@ class IngotPublication:
         self._ring: dict[str, Value] = {}
 
     def add(self, message: IngotMessage) -> None:
-        """Let a new picture stand in place of the one before; `update` says what of it may be served."""
+        """Replace the newest picture; `update` decides whether it may be served."""
         self._newest = message
         self.simulated = message.simulated
         for verdict in message.told:
@@ -57,14 +57,14 @@ class IngotPublication:
         self._watch_top(message)
 
     def withdraw(self, reason: IngotReason, *, restarted: bool) -> None:
-        """Let no picture stand.
+        """Serve no picture until the next `add`.
 
         Parameters
         ----------
         reason : IngotReason
-            Why.
+            Stands in the reason word.
         restarted : bool
-            A new process counts its ingots from 1 again.
+            Whether the process has ended; the next one counts its ingots from 1 again.
         """
         self._newest = None
         self._without_picture = reason
@@ -72,12 +72,12 @@ class IngotPublication:
             self._before = self._published = self._ingots
 
     def update(self, now_s: float, *, held: bool) -> None:
-        """Decide what may be served at one moment.
+        """Decide what may be served at `now_s`.
 
         Parameters
         ----------
         now_s : float
-            Monotonic time of the swap.
+            Monotonic time at which the registers are published.
         held : bool
             The PLC holds the gauge: nothing is served.
         """
@@ -114,7 +114,7 @@ class IngotPublication:
             "ingot_ring_index": self._index,
         }
         if self._newest is not None:
-            values["ingot_age"] = min(round(self._age_ms), AGE_LARGEST_MS)
+            values["ingot_age"] = min(round(self._age_ms), LARGEST_AGE_MS)
         if self._standing is not None:
             reading = self._standing.reading
             values |= {"ssim_top": reading.ssim_top, "ssim_bottom": reading.ssim_bottom}

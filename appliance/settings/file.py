@@ -1,6 +1,6 @@
-"""All settings of the appliance: one TOML file, every field with its text, unit and bounds.
+"""Reads the settings file, TOML, and says in one sentence what is wrong with it.
 
-Every default works without a file. Unknown keys are refused. The table in the documents is derived from here.
+The appliance runs without a file, with the defaults. Unknown keys are refused.
 """
 
 import difflib
@@ -30,11 +30,11 @@ def load(path: Path | None, root: type[RootT]) -> RootT:
     path : Path or None
         TOML file; None gives the defaults.
     root : type
-        Section that the whole file is.
+        Type of the whole file's settings.
 
     Returns
     -------
-    The settings, of the type `root`
+    Instance of `root`
 
     Raises
     ------
@@ -74,7 +74,7 @@ def _sentence(detail: ErrorDetails, root: type[BaseModel]) -> str:
 
 
 def _place(location: tuple[int | str, ...], rows: tuple[SettingRow, ...]) -> tuple[str, tuple[Kind, ...]]:
-    """Key of an error, and the kinds of the sections around it, which stand behind their sections."""
+    """Dotted key of an error, and the kinds of the sections that hold it, outermost first."""
     choosing = {kind.key.rpartition(".")[0]: kind.key for row in rows for kind in row.kinds}
     key, kinds, chosen = "", list[Kind](), False
     for part in (part for part in location if isinstance(part, str)):  # not the places in a list
@@ -87,7 +87,7 @@ def _place(location: tuple[int | str, ...], rows: tuple[SettingRow, ...]) -> tup
 
 
 def _elsewhere(row: SettingRow, kinds: tuple[Kind, ...]) -> list[Kind]:
-    """Kinds that a row needs in place of those that are there."""
+    """Kinds that a row needs and that the file sets otherwise."""
     there = dict(kinds)
     return [kind for kind in row.kinds if there.get(kind.key, kind.choice) != kind.choice]
 

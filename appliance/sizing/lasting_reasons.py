@@ -1,4 +1,4 @@
-"""Reasons that last and so become faults of the gauge."""
+"""Faults of the gauge that show as a reason in all readings for a while."""
 
 from appliance.sizing.message import ReadingMessage
 from vision.reasons import Reason
@@ -7,16 +7,16 @@ LASTING_REASONS = {
     "contrast_low": Reason.LOW_CONTRAST,
     "calibration_due": Reason.CALIBRATION_DUE | Reason.CAMERA_MOVED,
 }
-"""Reasons of each fault."""
+"""Reasons that lead to each fault, by its name."""
 
 
 class LastingReasons:
-    """Faults that single readings only hint at: reasons that stay for a while.
+    """Faults that begin when a reason is in all readings of bars for `after_s`, and end when it is in none as long.
 
     Parameters
     ----------
     after_s : float
-        How long a reason must be there, or be gone, in all readings of bars.
+        Time for which a reason must be present, or absent, in all readings of bars, seconds.
     """
 
     def __init__(self, after_s: float) -> None:

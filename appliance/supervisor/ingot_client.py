@@ -1,4 +1,4 @@
-"""The supervisor's side of the ingot station."""
+"""The supervisor's side of the ingot station: its publication and its faults."""
 
 from collections.abc import Callable
 
@@ -29,7 +29,7 @@ class IngotClient(StationClient[IngotMessage]):
     faults : Faults
     gate : StartGate
     on_news : callable
-        Called whenever there is something to publish.
+        Called when the registers may have changed.
 
     Attributes
     ----------
@@ -41,19 +41,19 @@ class IngotClient(StationClient[IngotMessage]):
         self.publication = IngotPublication(settings.stale_after_ms)
 
     def renew(self, settings: IngotSettings) -> None:
-        """End the process and start one with other settings."""
+        """Restart the process with new settings."""
         self.publication.stale_after_ms = settings.stale_after_ms
         self._process.renew(settings.model_dump_json())
 
     def update(self, now_s: float, *, held: bool) -> None:
-        """Decide what may be served at one moment.
+        """Decide what may be served at `now_s`.
 
         Parameters
         ----------
         now_s : float
             Monotonic time.
         held : bool
-            The PLC holds the gauge.
+            The PLC holds the gauge: nothing is served.
         """
         self.publication.update(now_s, held=held)
         self._faults.report("reading_stale", active=self.publication.stale, station=INGOT)

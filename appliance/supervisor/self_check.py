@@ -1,4 +1,4 @@
-"""Asks a gauge as a PLC would: what the service manager is told rests on the answer."""
+"""Reads the heartbeat of a gauge, as a PLC would; without an answer the watchdog restarts the gauge."""
 
 import asyncio
 import socket
@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from plc.registers import REGISTERS
 
-ANSWER_WITHIN_S = 2.0
+ANSWER_TIMEOUT_S = 2.0  # chosen
 _HEARTBEAT = next(row.address for row in REGISTERS if row.name == "heartbeat")
 _REQUEST = struct.pack(">HHHBBHH", 1, 0, 6, 1, 4, _HEARTBEAT, 1)
 _ANSWER = struct.Struct(">HHHBBBH")
@@ -27,9 +27,9 @@ class SelfCheck:
         self._streams: tuple[asyncio.StreamReader, asyncio.StreamWriter] | None = None
 
     async def heartbeat(self) -> int | None:
-        """The heartbeat that the server serves now; None when it does not answer as it should."""
+        """Read the heartbeat that the server serves; None without a correct answer within ANSWER_TIMEOUT_S."""
         try:
-            async with asyncio.timeout(ANSWER_WITHIN_S):
+            async with asyncio.timeout(ANSWER_TIMEOUT_S):
                 return await self._ask()
         except (OSError, EOFError, TimeoutError):
             self.close()

@@ -121,7 +121,7 @@ class Settings(Section):
 
 
 def state_folder(plc: PlcSettings) -> Path | None:
-    """Folder from the settings, else the service manager's, else none; none where nobody may write or take back."""
+    """Folder for set points: from the settings, else the service manager's; None if nobody may write set points."""
     if plc.writes == "none":
         return None
     if plc.state_directory is not None:
@@ -131,5 +131,5 @@ def state_folder(plc: PlcSettings) -> Path | None:
 
 
 def load(path: Path | None) -> Settings:
-    """Settings of the appliance from a TOML file, or the defaults without one; raises `SettingsError`."""
+    """Read the appliance's settings from a TOML file; None gives the defaults; raises `SettingsError`."""
     return load_file(path, Settings)

@@ -1,4 +1,4 @@
-"""The supervisor's side of the sizing station: what is published of its readings, and what they mean for the mill."""
+"""The supervisor's side of the sizing station: publication, conformity, bar statistics and faults of its readings."""
 
 import time
 from collections.abc import Callable
@@ -22,7 +22,7 @@ from vision.reasons import Reason
 
 MODULE = "appliance.sizing.station"
 SIZING = "sizing"
-LASTING_S = 10.0  # of a reason, before it is the gauge's fault and not the bar's
+LASTING_TIME_S = 10.0  # chosen: a reason that stays for so long on bars is a fault of the gauge
 
 
 class SizingClient(StationClient[ReadingMessage]):
@@ -38,7 +38,7 @@ class SizingClient(StationClient[ReadingMessage]):
     faults : Faults
     gate : StartGate
     on_news : callable
-        Called whenever there is something to publish.
+        Called when the registers may have changed.
 
     Attributes
     ----------
@@ -71,17 +71,17 @@ class SizingClient(StationClient[ReadingMessage]):
         self._advisor = Advisor(judging, correction)
         self._ring = ReadingRing()
         self._bars = BarStatistics(judging.bar_gap_ms / 1000)
-        self._lasting = LastingReasons(LASTING_S)
+        self._lasting = LastingReasons(LASTING_TIME_S)
         self._worked_s = time.monotonic()
 
     def renew(self, settings: SizingSettings | ConveyorSettings) -> None:
-        """End the process and start one with other settings."""
+        """Restart the process with new settings."""
         self._publication.stale_after_ms = settings.stale_after_ms
         self._idle_after_s = settings.liveness.idle_after_s
         self._process.renew(settings.model_dump_json())
 
     def update(self, now_s: float) -> None:
-        """Decide what may be served at one moment, monotonic, and what it means."""
+        """Decide what may be served at `now_s`, monotonic, judge it, and report faults."""
         self._judge(now_s)
         self.running = self.measuring and not self._publication.stale
         self._faults.report("reading_stale", active=self._publication.stale, station=SIZING)
@@ -94,7 +94,7 @@ class SizingClient(StationClient[ReadingMessage]):
         return self._newest_values() | self._bars.values() | self._ring.values()
 
     def conditions(self) -> dict[str, bool]:
-        """Causes of alarms that are no faults of the gauge, by name."""
+        """Alarm causes that lie in the bar and not in the gauge, by name."""
         return {
             "out_of_tolerance": self._advisor.decision is Decision.OUT,
             "low_trust": self._advisor.low_trust,
@@ -109,7 +109,7 @@ class SizingClient(StationClient[ReadingMessage]):
         return self._publication.values() | self._advisor.values()
 
     def _is_idle(self, now_s: float) -> bool:
-        """Whether the process runs and says nothing that explains why there is no reading."""
+        """Whether readings are missing for longer than `idle_after_s` without a fault that explains it."""
         explained = self._faults.active_at(SIZING) - {"not_measuring"}
         return not explained and now_s - self._worked_s > self._idle_after_s
 

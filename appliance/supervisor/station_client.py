@@ -1,4 +1,4 @@
-"""The supervisor's side of a station: its process, its faults, and what it says before the port is served."""
+"""The supervisor's side of a station: its process, its faults, and its part in allowing the start."""
 
 import abc
 from collections.abc import Callable
@@ -20,13 +20,13 @@ class StationClient(abc.ABC, Generic[MessageT]):
     module : str
         Python module of its process.
     settings_json : str
-        Settings that the process gets.
+        Settings for the process.
     messages : TypeAdapter
-        Reads what the process sends.
+        Reads the messages of the process.
     faults : Faults
     gate : StartGate
     on_news : callable
-        Called whenever there is something to publish.
+        Called when the registers may have changed.
     """
 
     def __init__(
@@ -52,14 +52,20 @@ class StationClient(abc.ABC, Generic[MessageT]):
 
     @abc.abstractmethod
     def _add(self, message: MessageT) -> None:
-        """Use what the station has measured."""
+        """Publish a measurement of the station."""
 
     @abc.abstractmethod
     def _withdraw(self, *, restarted: bool) -> None:
-        """Let nothing stand that the station has measured; `restarted`: because its process has ended."""
+        """Withdraw the station's measurement from the registers.
+
+        Parameters
+        ----------
+        restarted : bool
+            Whether the reason is that its process has ended.
+        """
 
     def _warming(self) -> None:
-        """The process compiles; nothing is known yet of its cameras."""
+        """Note that the process still compiles and cannot measure yet."""
 
     def _receive(self, message: StateMessage | MessageT) -> None:
         if not isinstance(message, StateMessage):
@@ -69,7 +75,7 @@ class StationClient(abc.ABC, Generic[MessageT]):
         elif message.state == "warming":
             self._warming()
             return
-        self._tell()
+        self._announce()
 
     def _receive_fault(self, message: StateMessage) -> None:
         self._withdraw(restarted=False)
@@ -83,8 +89,8 @@ class StationClient(abc.ABC, Generic[MessageT]):
         for state in ("restarting", "failing"):
             name, active = f"station_{state}", health.state == state
             self._faults.report(name, active=active, detail=health.detail, station=self.name)
-        self._tell()
+        self._announce()
 
-    def _tell(self) -> None:
-        self._gate.hear(self.name)
+    def _announce(self) -> None:
+        self._gate.count_station(self.name)
         self._on_news()

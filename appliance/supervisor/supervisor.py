@@ -1,7 +1,7 @@
-"""Owns the PLC's server and keeps it truthful: publishes, watches the measuring processes, knows the faults.
+"""Publishes registers to the PLC every 50 ms, restarts measuring processes, collects faults and alarms.
 
-Everything here runs in one asyncio loop and waits for nobody: a measuring process that crashes, hangs or
-babbles, or a disk that is full, changes what is published, never whether something is.
+Everything runs in one asyncio loop that never waits for a station or for the disk: a measuring process that crashes,
+hangs or floods the link, or a full disk, changes the values that are published and never stops publishing.
 """
 
 import asyncio
@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Mapping
 
 from appliance.conformity.plc_inputs import PlcInputs
+from appliance.conformity.set_points import SetPoints
 from appliance.diagnostics.alarms import Alarms
 from appliance.diagnostics.faults import Faults
 from appliance.settings.file import SettingsError
@@ -27,9 +28,9 @@ from plc.listener import BindError
 from plc.process_image import encode
 from plc.rows import Value
 
-SWAP_PERIOD_S = 0.05  # half of the longest allowed, so that a late wake-up stays within it
-HEARTBEAT_PERIOD_S = 0.1
-PROOF_PERIOD_S = 0.5
+SWAP_PERIOD_S = 0.05  # half of the longest period allowed, 100 ms, so that a late wake-up stays within it
+HEARTBEAT_PERIOD_S = 0.1  # the heartbeat counts at 10 Hz
+PROOF_PERIOD_S = 0.5  # chosen: period of the self-check
 
 logger = logging.getLogger("hotgauge.supervisor")
 
@@ -47,7 +48,9 @@ class Supervisor:
     def __init__(self, settings: Settings, *, wall: Callable[[], float] = time.time) -> None:
         self._settings = settings
         self._server = make_server(settings.plc, self._receive_write)
-        self._inputs = PlcInputs(state_folder(settings.plc), self._report_disk, settings.sizing.set_points.points())
+        self._inputs = PlcInputs(
+            state_folder(settings.plc), self._report_disk, SetPoints.from_settings(settings.sizing.set_points)
+        )
         self._faults = Faults(lambda: self._inputs.product_id)
         self._alarms = Alarms()
         self._clock = WallClock(wall)
@@ -71,7 +74,7 @@ class Supervisor:
         )
 
     def stop(self) -> None:
-        """Let `run` come to its end."""
+        """Make `run` return."""
         self._stopping = True
         self._gate.open()
         self._news.set()
@@ -88,17 +91,17 @@ class Supervisor:
         Parameters
         ----------
         on_serving : callable
-            Gets the TCP port as soon as the port answers.
+            Receives the TCP port once the port answers.
         on_proof : callable
-            Gets the state in words whenever the port has answered with a heartbeat that moves.
+            Receives the state in words each time that the port has answered with a new heartbeat.
         refuses : bool
-            Whether a fault of a measuring process at start is the end, as it should be for somebody who is looking;
-            else the port is served at once, and says what is wrong.
+            True: a fault of a measuring process at start raises StartRefusedError, for a person at a terminal.
+            False: the port is served at once and shows the fault, for a service.
 
         Raises
         ------
         StartRefusedError
-            A measuring process cannot use its settings at start, or the port cannot be had.
+            A measuring process cannot use its settings at start, or the port cannot be opened.
         """
         self._refuses = refuses
         if not refuses:
@@ -120,12 +123,12 @@ class Supervisor:
             await self._inputs.save()
 
     async def reload(self, load: Callable[[], Settings]) -> None:
-        """Use new settings: measuring processes start again with theirs; others count after a restart.
+        """Apply new settings: stations whose settings changed restart; other changes report `restart_needed`.
 
         Parameters
         ----------
         load : callable
-            Gives the settings, or raises `SettingsError`: then those that are in force stay.
+            Returns the settings. If it raises `SettingsError`, the settings in force stay and a fault is reported.
         """
         try:
             settings = await asyncio.to_thread(load)
@@ -138,7 +141,7 @@ class Supervisor:
         in_force = {"sizing": settings.sizing, "ingot": ingot}
         before, self._settings = self._settings, self._settings.model_copy(update=in_force)
         self._faults.report("restart_needed", active=settings != self._settings)
-        self._inputs.settings = settings.sizing.set_points.points()
+        self._inputs.settings = SetPoints.from_settings(settings.sizing.set_points)
         if settings.sizing.model_copy(update={"set_points": before.sizing.set_points}) != before.sizing:
             self._sizing.renew(settings.sizing)
         if self._ingots and self._settings.ingot != before.ingot:
@@ -168,7 +171,7 @@ class Supervisor:
             raise StartRefusedError(self._server.secure.trouble)
 
     async def _prove(self, on_serving: Callable[[int], None], on_proof: Callable[[str], None]) -> None:
-        """Ask the own server again and again; who watches the gauge hears only of answers that move on."""
+        """Read our own server every PROOF_PERIOD_S and report each new heartbeat to the service manager."""
         await self._serving.wait()
         check = SelfCheck(self._server.connect)
         before: int | None = None
@@ -217,7 +220,7 @@ class Supervisor:
         self._server.publish(encode(values | self._health(now_s), word_order=self._settings.plc.word_order))
 
     def _update(self, now_s: float) -> None:
-        """Bring stations, faults and alarms to one moment."""
+        """Update stations, faults and alarms to `now_s`."""
         self._sizing.update(now_s)
         if self._ingots:
             self._ingots.update(now_s, held=self._inputs.held)
@@ -227,7 +230,7 @@ class Supervisor:
         self._alarms.update(causes, now_s, suppressed=self._inputs.held)
 
     def _conditions(self, now_s: float) -> dict[str, bool]:
-        """Causes of alarms that are no faults of the gauge, by name."""
+        """Alarm causes that are no faults of the gauge, by name."""
         beat_s = self._inputs.heartbeat_s
         return self._sizing.conditions() | {
             "wrong_orientation": bool(self._ingots and self._ingots.publication.wrong_orientation),

@@ -3,7 +3,6 @@
 import logging
 from pathlib import Path
 
-from appliance.conformity.steels import STEELS
 from appliance.conformity.thermal_expansion import GRADES
 from appliance.diagnostics.alarms import ALARMS
 from appliance.diagnostics.fault_table import FAULTS
@@ -11,6 +10,7 @@ from appliance.diagnostics.named_bits import named_bits
 from appliance.settings.table import table
 from appliance.simulation.bars.study_scenes import CONDITIONS
 from appliance.simulation.ingots.conditions import INGOT_CONDITIONS
+from appliance.sizing.set_points import STEELS
 from appliance.supervisor.settings import Settings
 from plc.export import to_markdown
 from vision.reasons import INGOT_REASONS, REASONS

@@ -243,7 +243,7 @@ class OakSource:
         for side in (0, 1):
             while self._add(side, NO_WAIT):
                 pass
-        return self._pairing.take()
+        return self._pairing.newest_pair()
 
     def _add(self, side: int, wait: timedelta) -> bool:
         exposure = self._open.take(side, wait)

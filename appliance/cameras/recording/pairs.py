@@ -177,7 +177,7 @@ class RecordingSource:
         CameraError
             As in `Recording.read`; the time stamp of a frame is missing.
         """
-        due = self._pacer.take(timeout_s)
+        due = self._pacer.next_due(timeout_s)
         if due is None:
             return None
         sequence, moment_s = due

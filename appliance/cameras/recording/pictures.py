@@ -108,7 +108,7 @@ class PictureRecordingSource:
         CameraError
             As in `PictureRecording.read`.
         """
-        due = self._pacer.take(timeout_s)
+        due = self._pacer.next_due(timeout_s)
         if due is None:
             return None
         sequence, moment_s = due

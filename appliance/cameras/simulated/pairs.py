@@ -148,7 +148,7 @@ def drawn_frame(
     pacer: Pacer, timeout_s: float, draw: Callable[[int], tuple[Picture, dict[str, object]]]
 ) -> Frame | None:
     """Newest picture that is due, drawn by its number with its truth; None when none is due in time."""
-    due = pacer.take(timeout_s)
+    due = pacer.next_due(timeout_s)
     if due is None:
         return None
     number, moment_s = due

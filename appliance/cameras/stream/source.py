@@ -74,7 +74,7 @@ class StreamSource:
         for side, stream in enumerate(self._streams):
             if (exposure := stream.take()) is not None:
                 self._pairing.add(side, exposure)
-        return self._pairing.take()
+        return self._pairing.newest_pair()
 
 
 class StreamPictureSource:

@@ -1,4 +1,4 @@
-"""The empty line between two barriers: the pictures that show it, and the gauge that they make, with its clock."""
+"""Pictures of the empty line between two barriers, and the gauge made from them, which measures its computing time."""
 
 import time
 from collections.abc import Callable
@@ -17,7 +17,7 @@ from vision.sizing.conveyor.gauge import ConveyorGauge
 
 Picture = NDArray[np.uint8]
 
-DRAWN_LEVEL = 230  # of the bar that warms up
+DRAWN_LEVEL = 230  # chosen: pixel value of the bar that `warm_up` draws
 BARRIER_TROUBLES = {
     Reason.BARRIER_HIDDEN: "no pair of barriers shows along the line, or more than a fifth of one is hidden",
     Reason.BARRIER_BENT: "a barrier is not straight in the picture",
@@ -25,13 +25,13 @@ BARRIER_TROUBLES = {
 
 
 class EmptyLineError(ScaleError):
-    """There is no usable picture of the empty line; the message says which, why and what to do."""
+    """The picture of the empty line cannot be used; the message says which, why and what to do."""
 
     fault = "empty_line_unusable"
 
 
-def background(path: Path) -> list[Picture]:
-    """The picture of the empty line that a file holds; raises `EmptyLineError`."""
+def read_background(path: Path) -> list[Picture]:
+    """Read the picture of the empty line from a file, as a list of one; raises `EmptyLineError`."""
     if not path.is_file():
         raise EmptyLineError(f"{path}: no such picture; give a picture of the empty line")
     try:
@@ -41,13 +41,14 @@ def background(path: Path) -> list[Picture]:
 
 
 class TimedConveyorGauge:
-    """A gauge between barriers that takes its own time and refuses pictures that its empty line is not for.
+    """A conveyor gauge that returns its computing time and refuses pictures of another size than the empty line's.
 
     Parameters
     ----------
     empty : list of ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        Pictures of the empty line.
     name : str
-        Where they come from, for the sentence that refuses.
+        File or camera they come from, for error sentences.
     make : callable
         Makes the gauge from them.
 
@@ -63,11 +64,11 @@ class TimedConveyorGauge:
 
     @property
     def barriers(self) -> Barriers | Reason:
-        """Barriers of the empty line, or why there are none."""
+        """Barriers of the empty line, or the reason why they cannot be used."""
         return self._gauge.barriers
 
     def check_barriers(self) -> None:
-        """Raise `EmptyLineError` when the barriers are hidden or bent, so that nothing can ever be measured."""
+        """Raise `EmptyLineError` if the barriers are hidden or bent, for then no frame can be measured."""
         if isinstance(self.barriers, Reason):
             raise EmptyLineError(
                 f"{self.name}: {BARRIER_TROUBLES[self.barriers]}; clear the line, or set sizing.conveyor.background "
@@ -75,7 +76,7 @@ class TimedConveyorGauge:
             )
 
     def warm_up(self) -> None:
-        """Compile and load all that measuring needs, on a drawn bar, so that the first picture does not wait for it."""
+        """Measure a drawn bar once, so that code is compiled before the first picture."""
         drawn = self._empty.copy()
         if isinstance(barriers := self.barriers, Barriers):
             for row, (left, right) in enumerate(barriers.columns(np.arange(len(drawn), dtype=np.float64))):
@@ -83,7 +84,7 @@ class TimedConveyorGauge:
         self._gauge.measure(drawn)
 
     def measure(self, picture: Picture) -> tuple[SizeReading, float]:
-        """Reading of one picture, and the milliseconds that it took.
+        """Measure one picture: reading and computing time, ms.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""`hotgauge calibrate`: from a rig folder of board pictures to a rig and a report."""
+"""`hotgauge calibrate`: makes a rig file and a report from a folder of board pictures."""
 
 import json
 import re
@@ -18,7 +18,7 @@ from vision.calibration.stereo import Calibration, Pair, calibrate
 from vision.calibration.still_marks import NO_MARKS, Marks, find_marks
 from vision.geometry.camera import CAMERA_PARAMETERS
 
-REGISTRATION = ("low", "high")
+REGISTRATION_POSES = ("low", "high")
 
 
 def calibrate_folder(
@@ -36,9 +36,9 @@ def calibrate_folder(
         `registration/left_low.png`, `right_low.png`, `left_high.png`, `right_high.png` and `board.json`.
         Without registration pictures the cameras are calibrated and the world frame is missing.
     board_overrides : mapping of str to object, optional
-        Values that take the place of those in `board.json`, by key.
+        Values that replace those in `board.json`, by key.
     region_y_mm : tuple of float
-        Measuring region along the rolling direction.
+        Measuring region along the rolling direction, from and to.
     progress : callable, optional
         Called with the number of pictures done and of all pictures.
 
@@ -49,8 +49,8 @@ def calibrate_folder(
     Raises
     ------
     CalibrationError
-        A folder or `board.json` missing or wrong, a picture unreadable or of another size, all named; or the
-        pictures do not allow a good calibration, with all reasons.
+        A folder or `board.json` is missing or wrong, or a picture is unreadable or of another size (the message names
+        it); or the pictures give no good calibration (the message gives all reasons).
     """
     board = _read_board(folder / "board.json", board_overrides or {})
     paths = _pictures(folder)
@@ -62,7 +62,7 @@ def calibrate_folder(
         if progress is not None:
             progress(done, len(paths))
     missing: Pair = (None, None)
-    numbers = [int(name) for name in pairs if name not in REGISTRATION]
+    numbers = [int(name) for name in pairs if name not in REGISTRATION_POSES]
     calibration = calibrate(
         [pairs.get(f"{number:02d}", missing) for number in range(max(numbers, default=-1) + 1)],
         pairs.get("low", missing),
@@ -77,16 +77,16 @@ def calibrate_folder(
 
 
 def _marks(paths: Mapping[str, Mapping[str, Path]], pairs: Mapping[str, Pair], side: int) -> Marks:
-    """Still marks of one camera, when it saw the board at both heights."""
-    files = [paths.get(name, {}).get(SIDES[side]) for name in REGISTRATION]
-    low_px, high_px = (pairs.get(name, (None, None))[side] for name in REGISTRATION)
+    """Still marks (fixed background points) of one camera; none unless it saw the board at both heights."""
+    files = [paths.get(name, {}).get(SIDES[side]) for name in REGISTRATION_POSES]
+    low_px, high_px = (pairs.get(name, (None, None))[side] for name in REGISTRATION_POSES)
     if files[0] is None or files[1] is None or low_px is None or high_px is None:
         return NO_MARKS
     return find_marks(read_picture(files[0]), read_picture(files[1]), (low_px, high_px))
 
 
 class _Finder:
-    """Finds corners picture by picture and remembers where there were none."""
+    """Finds board corners picture by picture and lists the pictures without."""
 
     def __init__(self, board: Board) -> None:
         self._board = board
@@ -133,7 +133,7 @@ def _pictures(folder: Path) -> dict[str, dict[str, Path]]:
         sentence = f"{folder / 'calibration'}: no pictures left_00.png, right_00.png, ...; give the folder above it"
         raise CalibrationError([sentence])
     numbered = {f"{int(name):02d}": sides for name, sides in poses.items()}
-    return numbered | _named(folder / "registration", "|".join(REGISTRATION))
+    return numbered | _named(folder / "registration", "|".join(REGISTRATION_POSES))
 
 
 def _named(folder: Path, names: str) -> dict[str, dict[str, Path]]:
@@ -150,7 +150,7 @@ def _named(folder: Path, names: str) -> dict[str, dict[str, Path]]:
 
 
 def report_lines(calibration: Calibration) -> list[str]:
-    """Tell what a calibration stands on and how good it is, for the terminal.
+    """Report of a calibration for the terminal: its pictures, residuals, cameras, baseline and warnings.
 
     Parameters
     ----------

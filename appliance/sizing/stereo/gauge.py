@@ -1,4 +1,4 @@
-"""The gauge as the appliance uses it: with the clock that it must not have, and a sentence for a wrong rig."""
+"""The stereo gauge with its computing time, which `vision` must not read, and error sentences for a wrong rig."""
 
 import time
 from collections.abc import Callable
@@ -22,25 +22,25 @@ from vision.sizing.tangent.tangent_planes import TangentPlane
 Picture = NDArray[np.uint8]
 Reading_co = TypeVar("Reading_co", covariant=True)
 
-DRAWN_MM = 150.0  # diameter of the bar that warms up
+DRAWN_DIAMETER_MM = 150.0  # chosen: bar that `warm_up` draws
 
 
 class Measures(Protocol[Reading_co]):
-    """What measures a pair of pictures."""
+    """A gauge that measures a pair of pictures."""
 
     def measure(self, left: Picture, right: Picture) -> Reading_co:
-        """Reading of one pair."""
+        """Measure one pair."""
         ...
 
 
 class TimedGauge(Generic[Reading_co]):
-    """A gauge that takes its own time and refuses pictures that its rig is not for.
+    """A gauge that returns its computing time and refuses pictures of another size than its rig's.
 
     Parameters
     ----------
     rig : Rig
     name : str
-        Where the rig comes from, for the sentence that refuses.
+        File or camera of the rig, for error sentences.
     make : callable
         Makes the gauge from the rig.
 
@@ -60,11 +60,11 @@ class TimedGauge(Generic[Reading_co]):
             raise RigError(f"{name}: {error}; calibrate again") from error
 
     def warm_up(self) -> None:
-        """Compile and load all that measuring needs, on a drawn bar, so that the first picture does not wait for it."""
+        """Measure a drawn bar once, so that code is compiled before the first pair."""
         self._make(self._rig).measure(*(_drawn_bar(camera) for camera in (self._rig.left, self._rig.right)))
 
     def measure(self, left: Picture, right: Picture) -> tuple[Reading_co, float]:
-        """Reading of one pair, and the milliseconds that it took.
+        """Measure one pair: reading and computing time, ms.
 
         Parameters
         ----------
@@ -91,34 +91,34 @@ class TimedGauge(Generic[Reading_co]):
 
 
 def rig_file_gauge(path: Path, ovality_mm: float) -> TimedGauge[SizeReading]:
-    """The gauge of a rig file; raises `RigError` as `load_rig` and `TimedGauge` do.
+    """Make the gauge of a rig file; raises `RigError` as `load_rig` and `TimedGauge` do.
 
     Parameters
     ----------
     path : Path
     ovality_mm : float
-        Greatest minus least width of a section that the product may have.
+        Largest ovality of the product: greatest minus least width of a cross section.
     """
     return pair_gauge(load_rig(path), str(path), ovality_mm)
 
 
 def pair_gauge(rig: Rig, name: str, ovality_mm: float) -> TimedGauge[SizeReading]:
-    """The gauge of a rig, by both routes; raises `RigError` as `TimedGauge` does.
+    """Make the gauge of a rig, by both routes; raises `RigError` as `TimedGauge` does.
 
     Parameters
     ----------
     rig : Rig
     name : str
-        Where the rig comes from, for the sentence that refuses.
+        File or camera of the rig, for error sentences.
     ovality_mm : float
-        Greatest minus least width of a section that the product may have.
+        Largest ovality of the product: greatest minus least width of a cross section.
     """
     return TimedGauge[SizeReading](rig, name, partial(Gauge, ovality_mm=ovality_mm))
 
 
 def _drawn_bar(camera: Camera) -> Picture:
-    """Grey picture of nothing but a bar on the rollers, as one camera would see it."""
-    cylinder = np.array([0.0, DRAWN_MM / 2, 0.0, 0.0, DRAWN_MM / 2])
+    """Grey picture of a bar on the rollers before a dark background, as one camera would see it."""
+    cylinder = np.array([0.0, DRAWN_DIAMETER_MM / 2, 0.0, 0.0, DRAWN_DIAMETER_MM / 2])
     y_mm = np.linspace(-400.0, 400.0, 50)
     outline: list[NDArray[np.float64]] = []
     for side in LIMB_SIDES:

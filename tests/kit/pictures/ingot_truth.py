@@ -86,7 +86,7 @@ def follow(scene, settings=SETTINGS):
         reading = reader.read(picture)
         sights.append(sight)
         readings.append(reading)
-        decisions += follower.take(frame, reading)
+        decisions += follower.add(frame, reading)
     decisions += follower.end()
     ingots, strangers = _matched(sights, decisions)
     return {

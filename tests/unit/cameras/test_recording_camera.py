@@ -110,23 +110,23 @@ def test_a_loop_starts_again_with_the_first_frame_and_goes_on_counting(tmp_path,
 def test_in_real_time_the_newest_pair_wins_and_the_older_ones_are_counted():
     clock = Clock()
     pacer = Pacer(10.0, clock, clock.sleep)
-    assert pacer.take(1.0) == (0, 100.0)
+    assert pacer.next_due(1.0) == (0, 100.0)
     clock.now_s += 0.57
-    number, moment_s = pacer.take(1.0)
+    number, moment_s = pacer.next_due(1.0)
     assert number == 5
     assert moment_s == pytest.approx(100.5)
     assert pacer.dropped == 4
-    assert pacer.take(1.0)[0] == 6
+    assert pacer.next_due(1.0)[0] == 6
     assert pacer.dropped == 4
 
 
 def test_waiting_ends_at_the_timeout_and_the_next_pair_is_not_lost():
     clock = Clock()
     pacer = Pacer(2.0, clock, clock.sleep)
-    pacer.take(1.0)
-    assert pacer.take(0.2) is None
+    pacer.next_due(1.0)
+    assert pacer.next_due(0.2) is None
     assert clock.now_s == pytest.approx(100.2)
-    assert pacer.take(0.4) == (1, pytest.approx(100.5))
+    assert pacer.next_due(0.4) == (1, pytest.approx(100.5))
     assert clock.now_s == pytest.approx(100.5)
     assert pacer.dropped == 0
 

@@ -14,9 +14,9 @@ from appliance.conformity.cold_size import Size, cold_size
 from appliance.conformity.correction import wanted_correction_mm
 from appliance.conformity.decision import allowed_uncertainty_mm, decide
 from appliance.conformity.set_points import SetPoints
-from appliance.conformity.settings import CorrectionSettings, JudgingSettings, SetPointSettings
-from appliance.conformity.steels import STEELS
+from appliance.conformity.settings import CorrectionSettings, JudgingSettings
 from appliance.conformity.thermal_expansion import GRADES
+from appliance.sizing.set_points import STEELS, SetPointSettings
 from appliance.sizing.trust import trust_percent
 from plc.codes import Decision
 from vision.reasons import Reason
@@ -241,12 +241,13 @@ def test_without_a_reading_trust_is_not_low():
 
 
 def test_what_the_plc_has_set_counts_more_than_the_settings_one_by_one():
-    settings = SetPointSettings(target_mm=250.0, tolerance_plus_mm=0.4, grade="1.4301", temperature_c=1050.0).points()
-    plc = SetPoints.of({"target_diameter": 26550, "steel_temperature": 1100, "expansion_grade": 0})
+    settings = SetPointSettings(target_mm=250.0, tolerance_plus_mm=0.4, grade="1.4301", temperature_c=1050.0)
+    settings = SetPoints.from_settings(settings)
+    plc = SetPoints.from_words({"target_diameter": 26550, "steel_temperature": 1100, "expansion_grade": 0})
     together = plc.over(settings)
     assert (together.target_mm, together.temperature_c) == (265.5, 1100.0)
     assert (together.tolerance_plus_mm, together.tolerance_minus_mm, together.grade) == (0.4, None, AUSTENITIC)
-    assert SetPoints.of({}).over(settings) == settings
+    assert SetPoints.from_words({}).over(settings) == settings
 
 
 @pytest.mark.parametrize(
@@ -260,7 +261,7 @@ def test_what_the_plc_has_set_counts_more_than_the_settings_one_by_one():
     ],
 )
 def test_a_steel_is_known_by_its_name_or_number(name, grade):
-    assert SetPointSettings(grade=name).points().grade == grade
+    assert SetPoints.from_settings(SetPointSettings(grade=name)).grade == grade
 
 
 def test_an_unknown_steel_is_named_with_the_nearest():

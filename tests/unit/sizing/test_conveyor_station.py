@@ -29,7 +29,7 @@ LATE = {"lost_after_ms": 100}
 
 @pytest.fixture
 def start(monkeypatch):
-    monkeypatch.setattr(sizing, "PAUSE_S", 0.05)
+    monkeypatch.setattr(sizing, "RETRY_PAUSE_S", 0.05)
     stations: list[Station] = []
 
     def begin(camera, conveyor=LENGTHS, **settings) -> Station:

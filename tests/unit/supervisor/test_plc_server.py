@@ -18,7 +18,7 @@ def secured(folder: Path, **others) -> PlcSettings:
 
 
 def faults_of(folder: Path) -> frozenset[str]:
-    server = make_server(secured(folder), lambda changed: None)
+    server = make_server(secured(folder), print)
     asyncio.run(server.secure.load())
     faults = Faults()
     report_certificate(server, faults)
@@ -39,7 +39,7 @@ def test_files_that_cannot_be_used_are_a_fault(tmp_path):
 
 def test_without_a_secure_port_there_is_nothing_to_report():
     faults = Faults()
-    report_certificate(make_server(PlcSettings(), lambda changed: None), faults)
+    report_certificate(make_server(PlcSettings(), print), faults)
     assert faults.active == frozenset()
 
 
@@ -61,7 +61,7 @@ TLS = '[plc.tls]\ncertificate = "s.pem"\nkey = "s.key"\nauthority = "a.pem"\n'
 def test_what_cannot_be_is_named_by_its_setting_with_what_to_do(tmp_path, text, named):
     file = tmp_path / "hotgauge.toml"
     file.write_text(text)
-    with pytest.raises(SettingsError, match="give|set") as refused:
+    with pytest.raises(SettingsError, match=r"give|set") as refused:
         load(file)
     assert named in str(refused.value)
 

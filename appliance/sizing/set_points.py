@@ -1,9 +1,16 @@
-"""Names of steels, and the row of the expansion table that each belongs to.
+"""What is wanted of a bar as long as the PLC has not written it, and the names of steels.
 
 Carbon and low-alloy steels: names of EN 10025-2, EN 10083-2 and -3, EN 10084, EN ISO 683-17 and of AISI, with the
 numbers of EN 10027-2. Austenitic steels: those that EN 10088-1:2014 lists as austenitic. The elongation of all steels
 of a row is that of EN 1993-1-2:2005 (see `thermal_expansion`): no two laws within a row.
 """
+
+import difflib
+from typing import Annotated
+
+from pydantic import AfterValidator, Field
+
+from appliance.settings.section import Section, refusal, unit
 
 CARBON, AUSTENITIC = 1, 2
 
@@ -41,3 +48,35 @@ def grade_of(name: str) -> int | None:
         Name or number; capitals and blanks do not matter.
     """
     return _BY_PLAIN_NAME.get(name.casefold().replace(" ", ""))
+
+
+def _steel(name: str) -> str:
+    if name and grade_of(name) is None:
+        near = difflib.get_close_matches(name, STEELS, n=1)
+        advice = f"did you mean {near[0]}?" if near else "give a name of the table of grades, as 42CrMo4 or 1.4301"
+        raise refusal(f"{name!r} is no steel that is known; {advice}")
+    return name
+
+
+class SetPointSettings(Section):
+    """What is wanted of a bar as long as the PLC has not written it; the sizes are cold if a grade is in force."""
+
+    target_mm: float | None = Field(
+        default=None, ge=10, le=655.34, description="Wanted diameter", json_schema_extra=unit("mm")
+    )
+    tolerance_plus_mm: float | None = Field(
+        default=None, ge=0.01, le=50, description="Allowed above the target", json_schema_extra=unit("mm")
+    )
+    tolerance_minus_mm: float | None = Field(
+        default=None, ge=0.01, le=50, description="Allowed below the target", json_schema_extra=unit("mm")
+    )
+    grade: Annotated[str, AfterValidator(_steel)] = Field(
+        default="", description="Steel by its name or number, as in the table of grades; empty: not set"
+    )
+    temperature_c: float | None = Field(
+        default=None,
+        ge=100,
+        le=1400,
+        description="Mean temperature of the section",
+        json_schema_extra=unit("°C"),
+    )
