@@ -59,9 +59,9 @@ figures: $(VENV)/installed-dev
 tables: $(VENV)/installed-dev
 	$(BIN)/python docs/tables
 
-# mbpoll is a Modbus client that nobody here wrote; the tests read the appliance with it. They also build
-# systemd-python, have systemd check the unit, and boot it in a container
-DEBIAN_PACKAGES := mbpoll libsystemd-dev pkg-config gcc systemd systemd-container
+# mbpoll, libmodbus and two packages of npm are Modbus clients that nobody here wrote; the tests read the appliance with
+# them. They also build systemd-python, have systemd check the unit, and boot it in a container
+DEBIAN_PACKAGES := mbpoll libmodbus5 $(if $(shell command -v npm),,npm) libsystemd-dev pkg-config gcc systemd systemd-container
 packages:
 	@if dpkg-query -W $(DEBIAN_PACKAGES) > /dev/null 2>&1; then exit 0; fi; \
 	if [ "$$(id -u)" = 0 ]; then as_root=(); \

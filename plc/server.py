@@ -17,13 +17,13 @@ from collections.abc import Mapping, Sequence
 from typing import cast, get_args
 
 from plc.answers import OnWrite, Tables
-from plc.listener import Listener, bind_error, listen
+from plc.listener import Listener, bind_error, free_dead_peer, listen
 from plc.process_image import ProcessImage
 from plc.security.addresses import Network
 from plc.security.identity import CertificateError, holder
 from plc.security.refusals import Refusals
 from plc.security.roles import Client, Role, WritePolicy, Writes
-from plc.security.secure_port import SecurePort
+from plc.security.secure_port import SecurePort, handshake_in_words
 
 HALF_REQUEST_S = 5.0  # a request that has begun must be whole by then
 STALLED_S = 5.0  # a client must take its answers within this time
@@ -61,14 +61,14 @@ class _Connection(asyncio.Protocol):
         self.opening = asyncio.get_running_loop().create_task(self._open(connection))
 
     async def _open(self, connection: socket.socket) -> None:
-        _free_dead_peer(connection)
+        free_dead_peer(connection)
         limits = {"ssl_handshake_timeout": HANDSHAKE_S, "ssl_shutdown_timeout": GOODBYE_S} if self.secure else {}
         context = self.secure.context if self.secure else None
         try:
             loop = asyncio.get_running_loop()
             await loop.connect_accepted_socket(lambda: self, connection, ssl=context, **limits)
         except OSError as error:  # of the handshake: errors of TLS and time-outs are among them
-            self._server.refuse(self.client.address, _handshake_in_words(error))
+            self._server.refuse(self.client.address, handshake_in_words(error))
         finally:
             if self._transport is None:
                 connection.close()
@@ -160,27 +160,6 @@ class _Connection(asyncio.Protocol):
             self._limit = None
         if seconds is not None:
             self._limit = asyncio.get_running_loop().call_later(seconds, self.abort)
-
-
-def _free_dead_peer(connection: socket.socket) -> None:
-    """Let the kernel give up a peer that has vanished, within 25 s; one that is only silent stays."""
-    if connection.family == socket.AF_UNIX:
-        return
-    connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPIDLE, 10)
-    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPINTVL, 5)
-    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_KEEPCNT, 3)
-    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, 20_000)
-
-
-def _handshake_in_words(error: OSError) -> str:
-    """Why a client has not come in; its own words are never part of it."""
-    if isinstance(error, ssl.SSLCertVerificationError):
-        return f"its certificate does not hold ({error.verify_message}); make one with hotgauge certificates"
-    if isinstance(error, ssl.SSLError):
-        reason = (error.reason or "unknown reason").lower().replace("_", " ")
-        return f"no TLS 1.2 or newer with a certificate of our authority ({reason})"
-    return "it has not shown a certificate in time"
 
 
 class ModbusServer:

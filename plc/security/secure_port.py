@@ -89,3 +89,13 @@ class SecurePort:
         after = self._identity
         if before is not None and after is not None and before.authority_digest != after.authority_digest:
             on_other_authority()
+
+
+def handshake_in_words(error: OSError) -> str:
+    """Why a client has not come in; its own words are never part of it."""
+    if isinstance(error, ssl.SSLCertVerificationError):
+        return f"its certificate does not hold ({error.verify_message}); make one with hotgauge certificates"
+    if isinstance(error, ssl.SSLError):
+        reason = (error.reason or "unknown reason").lower().replace("_", " ")
+        return f"no TLS 1.2 or newer with a certificate of our authority ({reason})"
+    return "it has not shown a certificate in time"
