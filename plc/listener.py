@@ -77,10 +77,15 @@ def _close(sockets: list[socket.socket]) -> None:
 
 
 class BindError(OSError):
-    """A port cannot be had; the message says which setting, why and what to do."""
+    """A port cannot be had.
 
-    def __str__(self) -> str:
-        return self.strerror or ""
+    Attributes
+    ----------
+    sentence : str
+        Which setting, why and what to do, for the person who set it.
+    """
+
+    sentence = ""
 
 
 def bind_error(error: OSError, host: str, port: int, setting: str) -> BindError:
@@ -95,7 +100,7 @@ def bind_error(error: OSError, host: str, port: int, setting: str) -> BindError:
     setting : str
         Setting that says the port.
     """
-    why, remedy = os.strerror(error.errno or 0).lower(), f"set {setting}"
+    why, remedy = os.strerror(error.errno or 0), f"set {setting}"
     if isinstance(error, socket.gaierror):
         why, remedy = "no host of this name is known", "set plc.host to an address of this computer"
     elif error.errno in _NOT_OF_THIS_COMPUTER:
@@ -105,7 +110,9 @@ def bind_error(error: OSError, host: str, port: int, setting: str) -> BindError:
     elif error.errno == errno.EACCES:
         remedy = f"ports below 1024 need a right that the installed service has; set {setting}"
     place = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
-    return BindError(error.errno, f"cannot serve on {place}: {why}; {remedy}")
+    found = BindError(error.errno, f"error while attempting to bind on {place}: {why.lower()}")
+    found.sentence = f"cannot serve on {place}: {why}; {remedy}"
+    return found
 
 
 class Listener:

@@ -115,7 +115,7 @@ def _port(settings: Settings) -> Check:
             return Check("port", "good", f"{place}: a gauge answers")
         if error.errno == errno.EACCES:
             return Check("port", "note", f"{place}: only root and the service may use it")
-        return Check("port", "BAD", str(bind_error(error, plc.host, plc.port, "plc.port")))
+        return Check("port", "BAD", bind_error(error, plc.host, plc.port, "plc.port").sentence)
     served = served_in_words(plc.host)
     return Check("port", "note" if "only" in served else "good", f"{place}: free; it serves {served}")
 

@@ -166,7 +166,7 @@ class Supervisor:
         try:
             await self._server.start()
         except BindError as error:
-            raise StartRefusedError(str(error)) from error
+            raise StartRefusedError(error.sentence) from error
         if self._refuses and self._server.secure and self._server.secure.trouble:
             raise StartRefusedError(self._server.secure.trouble)
 

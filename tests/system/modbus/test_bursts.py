@@ -111,5 +111,6 @@ def test_descriptors_left_counts_those_that_can_still_be_opened():
     ],
 )
 def test_a_host_that_cannot_be_bound_is_named_by_its_setting(host, named):
-    with pytest.raises(BindError, match=named):
+    with pytest.raises(BindError) as refused:
         asyncio.run(ModbusServer(host, 0).start())
+    assert named in refused.value.sentence
