@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 
 Picture = NDArray[np.uint8]
 
+COLOURED_RANGE, COLOURED_SHARE = 40, 0.1  # chosen: a tenth of the pixels, channels 40 codes apart: not nearly grey
+LEAST_CORRELATION = 0.5  # chosen: channels of a scene's light rise together, those of a palette take turns
+
 
 def check_shape(name: str, picture: NDArray[Any]) -> None:
     """Raise ValueError unless a picture is grey or has three channels, and is not empty.
@@ -57,3 +60,24 @@ def check_picture(name: str, picture: NDArray[Any], image_size: tuple[int, int] 
 def grey(picture: Picture) -> Picture:
     """Grey picture, shape (rows, columns), of a grey or blue-green-red one: 0.299 R + 0.587 G + 0.114 B."""
     return picture if picture.ndim == 2 else np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.uint8)
+
+
+def is_false_colour(picture: Picture) -> bool:
+    """Whether a picture's colours are a palette's, as thermal cameras make them of one value a pixel.
+
+    Light that grows makes all channels brighter. A palette lets channels rise and fall in turn, so that some two of
+    them do not go together over the picture.
+
+    Parameters
+    ----------
+    picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+    """
+    if picture.ndim == 2:
+        return False
+    some = picture[::4, ::4].reshape(-1, 3).astype(np.float64)
+    coloured = np.ptp(some, axis=1) > COLOURED_RANGE
+    if np.mean(coloured) < COLOURED_SHARE:
+        return False
+    spread = some.std(axis=0) > 1.0
+    correlation = np.corrcoef(some[:, spread].T) if spread.sum() > 1 else np.ones((1, 1))
+    return bool(np.min(correlation) < LEAST_CORRELATION)

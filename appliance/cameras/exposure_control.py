@@ -9,7 +9,9 @@ import math
 from typing import NamedTuple
 
 from appliance.cameras.settings import ExposureSettings
+from appliance.diagnostics.persistence import Persistence
 
+TROUBLES = ("exposure_high", "exposure_low")
 DARKER_FACTOR, BRIGHTER_FACTOR = 0.8, 1.25  # chosen: one step of exposure time, up and down by the same ratio
 
 
@@ -44,8 +46,7 @@ class ExposureGuard:
     def __init__(self, settings: ExposureSettings, *, adjustable: bool) -> None:
         self._settings = settings
         self._control = settings.control and adjustable
-        self._trouble = ""
-        self._since_s = 0.0
+        self._persistence = {trouble: Persistence(settings.after_s) for trouble in TROUBLES}
 
     def advise(self, clipped_share: float, light: float, exposure_us: float, now_s: float) -> Advice:
         """Judge the edges of one bar.
@@ -64,14 +65,15 @@ class ExposureGuard:
         if math.isnan(clipped_share):
             return NO_ADVICE
         trouble = self._trouble_of(clipped_share, light)
-        if trouble != self._trouble:
-            self._trouble, self._since_s = trouble, now_s
-        if not trouble or now_s - self._since_s < self._settings.after_s:
+        for name, persistence in self._persistence.items():
+            persistence.add(now_s, there=name == trouble)
+        if not trouble or not self._persistence[trouble].lasts:
             return NO_ADVICE
         step = DARKER_FACTOR if trouble == "exposure_high" else BRIGHTER_FACTOR
         wanted_us = min(max(exposure_us * step, self._settings.shortest_us), self._settings.longest_us)
-        if self._control and abs(wanted_us - exposure_us) >= 1:  # false for NaN: unknown
-            self._since_s = now_s  # the next step waits for after_s again
+        # an exposure outside the bounds may not be stepped the wrong way to reach them; false for NaN: unknown
+        if self._control and (wanted_us - exposure_us) * (step - 1) > 0 and abs(wanted_us - exposure_us) >= 1:
+            self._persistence[trouble].reset()  # the next step waits for after_s again
             return Advice(wanted_us, {})
         return Advice(math.nan, {trouble: self._sentence(clipped_share, light, exposure_us, step)})
 

@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from appliance.errors import HotgaugeError
+from appliance.settings.masking import mask
+from vision.sent_picture import SentPicture
 
 
 class CameraError(HotgaugeError):
@@ -15,12 +17,13 @@ class CameraError(HotgaugeError):
     Parameters
     ----------
     message : str
+        What addresses in it carry of users and passwords is taken out.
     fault : str
         Name in the fault table.
     """
 
     def __init__(self, message: str, fault: str = "camera_lost") -> None:
-        super().__init__(message)
+        super().__init__(mask(message))
         self.fault = fault
 
 
@@ -51,6 +54,8 @@ class FramePair:
         Whether a recording delivers the same stored pictures as in the pair before; False for cameras.
     truth : dict or None
         True values of a simulated scene (`diameter_mm`, ...); never read by a gauge.
+    sent : tuple of two SentPicture, or None
+        Both pictures with their coding, where that is more than `left` and `right` tell.
     """
 
     left: NDArray[np.uint8]
@@ -65,6 +70,12 @@ class FramePair:
     temperature_c: float = float("nan")
     repeated: bool = False
     truth: dict[str, object] | None = field(default=None, compare=False)
+    sent: tuple[SentPicture, SentPicture] | None = field(default=None, compare=False)
+
+    @property
+    def pictures(self) -> tuple[SentPicture, SentPicture]:
+        """Both pictures as a gauge measures them."""
+        return self.sent or (SentPicture.of(self.left), SentPicture.of(self.right))
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +116,11 @@ class Frame:
     temperature_c: float = float("nan")
     repeated: bool = False
     truth: dict[str, object] | None = field(default=None, compare=False)
+
+    @property
+    def pictures(self) -> tuple[NDArray[np.uint8]]:
+        """The picture as a gauge of a single camera measures it."""
+        return (self.picture,)
 
 
 class PairSource(Protocol):

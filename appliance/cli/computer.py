@@ -5,6 +5,7 @@ import socket
 from pathlib import Path
 
 from appliance.command_options import CommandError
+from appliance.settings.masking import mask
 from appliance.settings.table import in_force
 from appliance.supervisor import settings as settings_file
 from appliance.supervisor.settings import PlcSettings
@@ -23,7 +24,7 @@ def run_check_config(given: argparse.Namespace) -> None:
     served = _served(settings.plc, file)
     print(f"# {file}: good; {served}; in force:")
     for row, value in in_force(settings):
-        print(f"{row.key} = {value}  # {row.allowed}; {row.text}" if value else f"# {row.key}  # {row.text}")
+        print(f"{row.key} = {mask(value)}  # {row.allowed}; {row.text}" if value else f"# {row.key}  # {row.text}")
 
 
 def _served(plc: PlcSettings, file: object) -> str:

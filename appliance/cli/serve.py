@@ -2,7 +2,9 @@
 
 import argparse
 import asyncio
+import contextlib
 import signal
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -57,7 +59,8 @@ async def _supervise(settings: Settings, load: Callable[[], Settings]) -> None:
 
     def serving(port: int) -> None:
         manager.ready()
-        print("\n".join(welcome(settings, port)), flush=True)
+        with contextlib.suppress(OSError):  # a full disk, or a reader that has gone, is no trouble of the gauge
+            service.write_unblocked(sys.stdout.fileno(), "\n".join(welcome(settings, port)))
 
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, stop)
@@ -69,6 +72,14 @@ async def _supervise(settings: Settings, load: Callable[[], Settings]) -> None:
 
 
 def welcome(settings: Settings, port: int) -> list[str]:
+    """Lines that `hotgauge run` prints once the port answers.
+
+    Parameters
+    ----------
+    settings : Settings
+    port : int
+        TCP port that is served.
+    """
     address = next(row.address for row in REGISTERS if row.name == "diameter")
     host = "127.0.0.1" if settings.plc.host in {"0.0.0.0", "::"} else settings.plc.host  # noqa: S104
     order = " -B" if settings.plc.word_order == "big" else ""

@@ -69,6 +69,11 @@ class BarStatistics:
         if reading.valid:
             self._add(reading.diameter_mm, body=part_of_bar(reading.reasons) is Part.BODY)
 
+    @property
+    def passing(self) -> bool:
+        """Whether a bar has begun and not ended."""
+        return self._passing
+
     def end(self) -> None:
         """End the bar: the next valid reading begins another one."""
         self._passing = False

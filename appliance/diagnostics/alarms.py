@@ -224,6 +224,16 @@ class Alarms:
         return sum(1 << _ADDRESS[row.name] for row in self._shown())
 
     @property
+    def active(self) -> frozenset[str]:
+        """Names of the alarms that are active."""
+        return frozenset(row.name for row, state in self._states.items() if state.active)
+
+    @property
+    def unacknowledged(self) -> frozenset[str]:
+        """Names of the alarms that nobody has acknowledged, whether they are still active or not."""
+        return frozenset(row.name for row, state in self._states.items() if not state.acknowledged)
+
+    @property
     def shelved_word(self) -> int:
         """Bits of `alarms_shelved`: alarms that are not shown now, whether they are there or not."""
         return sum(1 << _ADDRESS[row.name] for row, state in self._states.items() if self._is_shelved(state))

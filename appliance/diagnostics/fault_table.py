@@ -314,4 +314,23 @@ FAULTS: tuple[FaultRow, ...] = (
         "see the log for which; make them with hotgauge certificates and let the gauge's user read them",
         bit=22,
     ),
+    FaultRow(
+        521,
+        "history_not_written",
+        DeviceState.MAINTENANCE_REQUIRED,
+        logging.WARNING,
+        "what is measured cannot be kept in the history",
+        "make room on the disk and the folder history.directory writable; measuring is not affected",
+        bit=29,
+    ),
+    FaultRow(
+        522,
+        "history_damaged",
+        DeviceState.MAINTENANCE_REQUIRED,
+        logging.WARNING,
+        "the history was damaged; it was set aside and a new one begun",
+        "check the disk; sqlite3's .recover may read what was set aside",
+        bit=31,
+        latching=True,
+    ),
 )

@@ -11,16 +11,22 @@ FILE_MODE = 0o644  # all users may read it; `mkstemp` alone would give 0o600
 
 
 @contextlib.contextmanager
-def whole_file(path: Path) -> Generator[TextIO]:
-    """Open a text file that takes its name only when all of it is on the disk; raises `OSError`."""
+def whole_place(path: Path) -> Generator[Path]:
+    """A place to write a file at, which gets its name only when all of it is on the disk; raises `OSError`."""
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     temporary = Path(name)
     try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
-            os.fchmod(file.fileno(), FILE_MODE)
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
+        os.fchmod(handle, FILE_MODE)
+        yield temporary
+        os.fsync(handle)
         temporary.replace(path)
     finally:
+        os.close(handle)
         temporary.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def whole_file(path: Path) -> Generator[TextIO]:
+    """Open a text file that appears under its name only when all of it is on the disk; raises `OSError`."""
+    with whole_place(path) as place, place.open("w", encoding="utf-8", newline="") as file:
+        yield file

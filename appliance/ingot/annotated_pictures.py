@@ -33,7 +33,17 @@ class Plot:
         self._ends: list[Picture] = []
 
     def add(self, frame: int, picture: Picture, reading: OrientationReading, ingot: IngotDecision | None) -> None:
-        """Write one annotated frame."""
+        """Write one annotated frame.
+
+        Parameters
+        ----------
+        frame : int
+            Number of the frame.
+        picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        reading : OrientationReading
+        ingot : IngotDecision or None
+            Decision on the ingot so far; None without an ingot.
+        """
         colours = cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR) if picture.ndim == 2 else picture.copy()
         shown = np.asarray(colours, np.uint8)
         colour = COLOURS[reading.orientation]

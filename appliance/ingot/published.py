@@ -45,16 +45,25 @@ class IngotPublication:
         self._index = 0
         self._ring: dict[str, Value] = {}
 
-    def add(self, message: IngotMessage) -> None:
-        """Replace the newest picture; `update` decides whether it may be served."""
+    def add(self, message: IngotMessage) -> dict[int, IngotVerdict]:
+        """Replace the newest picture; `update` decides whether it may be served.
+
+        Returns
+        -------
+        dict of int to IngotVerdict
+            What is told for the first time, by number of the ingot since the start of the appliance.
+        """
         self._newest = message
         self.simulated = message.simulated
+        told: dict[int, IngotVerdict] = {}
         for verdict in message.told:
             if self._before + verdict.ingot > self._published:
                 self._write(verdict)
+                told[self._published] = verdict
         if message.current is not None:
             self._ingots = max(self._ingots, self._before + message.current.ingot)
         self._watch_top(message)
+        return told
 
     def withdraw(self, reason: IngotReason, *, restarted: bool) -> None:
         """Serve no picture until the next `add`.

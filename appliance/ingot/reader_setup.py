@@ -7,7 +7,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from appliance.cameras.recording.pairs import read_picture
+from appliance.cameras.recording.picture_file import read_picture
 from appliance.cameras.source import CameraError
 from appliance.errors import HotgaugeError
 from appliance.ingot.settings import IngotDecisionSettings, IngotLimits, IngotSettings
@@ -36,7 +36,7 @@ def load_view(folder: Path) -> IngotView:
         A file is missing, unreadable or malformed.
     """
     try:
-        top, bottom = (read_picture(folder / name) for name in ("top.png", "bottom.png"))
+        top, bottom = (read_picture(folder / name).shown for name in ("top.png", "bottom.png"))
     except CameraError as error:
         raise ReferencesError(f"{error}; references are top.png and bottom.png") from error
     return IngotView(References(top, bottom), *_regions(folder / "roi.json"))

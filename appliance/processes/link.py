@@ -5,6 +5,7 @@ reads late never delays a measurement; the supervisor uses the newest message.
 """
 
 import socket
+import threading
 
 from appliance.processes.message import StationMessage
 
@@ -26,16 +27,18 @@ class StationLink:
     def __init__(self, connection: socket.socket) -> None:
         self.dropped = 0
         self._connection = connection
+        self._one_at_a_time = threading.Lock()  # `warming` is sent from a thread of its own
         self._unsent = b""
 
     def send(self, message: StationMessage) -> None:
         """Send a message now or drop it; never waits, never raises when the other side is gone."""
-        self._flush()
-        if self._unsent:
-            self.dropped += 1
-            return
-        self._unsent = message.model_dump_json().encode() + b"\n"
-        self._flush()
+        with self._one_at_a_time:
+            self._flush()
+            if self._unsent:
+                self.dropped += 1
+                return
+            self._unsent = message.model_dump_json().encode() + b"\n"
+            self._flush()
 
     def _flush(self) -> None:
         if not self._unsent:

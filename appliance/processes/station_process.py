@@ -70,7 +70,15 @@ def _wait_for_close(connection: socket.socket, closed: threading.Event) -> None:
 
 
 def fault(name: str, detail: str) -> StateMessage:
-    """Message of a fault of the fault table."""
+    """Make the message of a fault.
+
+    Parameters
+    ----------
+    name : str
+        Name in the fault table.
+    detail : str
+        One sentence: what, where and what to do.
+    """
     return StateMessage(state="faulty", fault=name, detail=detail)
 
 

@@ -3,11 +3,13 @@
 Without the library or without a service manager nothing is notified, and the log goes to standard error.
 """
 
+import contextlib
 import faulthandler
 import logging
 import os
 import select
 import socket
+import sys
 from collections.abc import Mapping
 from typing import Protocol, cast
 
@@ -101,7 +103,31 @@ def start_log() -> None:
     if _journal is not None and "JOURNAL_STREAM" in os.environ:
         logging.basicConfig(level=logging.INFO, handlers=[_JournalHandler(_journal)])
     else:
-        logging.basicConfig(level=logging.INFO, format=_FORMAT)
+        handler = _UnblockedHandler()
+        handler.setFormatter(logging.Formatter(_FORMAT))
+        logging.basicConfig(level=logging.INFO, handlers=[handler])
+
+
+def write_unblocked(file: int, text: str) -> None:
+    """Write a line if there is room for it now, else drop it; raises `OSError` for a full disk or a reader gone.
+
+    Parameters
+    ----------
+    file : int
+        Descriptor. A pipe that is ready has room for `select.PIPE_BUF` bytes (POSIX), so a shorter write never waits.
+    text : str
+        Without its line end; what is longer is cut.
+    """
+    if select.select([], [file], [], 0)[1]:
+        os.write(file, f"{text}\n".encode()[: select.PIPE_BUF])
+
+
+class _UnblockedHandler(logging.Handler):
+    """Writes records to standard error; a reader that stands still loses records and does not stop the gauge."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        with contextlib.suppress(OSError):
+            write_unblocked(sys.stderr.fileno(), self.format(record))
 
 
 class _JournalHandler(logging.Handler):

@@ -4,7 +4,6 @@ from pathlib import Path
 from typing import Annotated
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, JsonValue, ValidationInfo
-from pydantic_core import PydanticCustomError
 
 
 class Section(BaseModel):
@@ -16,11 +15,6 @@ class Section(BaseModel):
 def unit(unit: str) -> dict[str, JsonValue]:
     """Entry of a field's JSON schema that holds its unit."""
     return {"unit": unit}
-
-
-def refusal(why: str) -> PydanticCustomError:
-    """What a validator raises that can say itself what is wrong and what to do."""
-    return PydanticCustomError("setting", "{why}", {"why": why})
 
 
 def _beside_the_file(path: Path, info: ValidationInfo) -> Path:

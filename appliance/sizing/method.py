@@ -104,6 +104,11 @@ class SizingMethod(Section, ABC):
         json_schema_extra=unit("°C"),
     )
 
+    @property
+    @abstractmethod
+    def scale_file(self) -> Path | None:
+        """File that makes millimetres of pixels; None where the camera brings its own scale."""
+
     @abstractmethod
     def make_source(self) -> "PairSource | PictureSource":
         """Make the source of pictures, not opened yet; raises `CameraError` if a library that it needs is missing."""

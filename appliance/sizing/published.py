@@ -84,6 +84,8 @@ class Publication:
         self._newest = None
         self._cycle_time_ms = None
         self._without_reading = reason
+        if reason is Reason.STARTING:
+            self._dropped_by_source = 0  # a new process counts from 0
 
     def update(self, now_s: float, *, held: bool) -> None:
         """Decide what may be served at `now_s`, and count a change of validity or reasons in `sequence`.

@@ -10,7 +10,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field
 
-from appliance.settings.section import Section, refusal, unit
+from appliance.settings.section import Section, unit
 
 CARBON, AUSTENITIC = 1, 2
 
@@ -54,7 +54,7 @@ def _steel(name: str) -> str:
     if name and grade_of(name) is None:
         near = difflib.get_close_matches(name, STEELS, n=1)
         advice = f"did you mean {near[0]}?" if near else "give a name of the table of grades, as 42CrMo4 or 1.4301"
-        raise refusal(f"{name!r} is no steel that is known; {advice}")
+        raise ValueError(f"{name!r} is no steel that is known; {advice}")
     return name
 
 

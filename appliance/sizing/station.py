@@ -78,7 +78,7 @@ def _measure(settings: SizingMethod, link: StationLink, closed: threading.Event)
             if exposed is None or exposure is None or not verdict.counts:
                 report_rejected(verdict, link, opens_again=not source.simulated)
                 continue
-            reading, elapsed_ms = gauge.measure(*exposure.pictures)
+            reading, elapsed_ms = gauge.measure(*exposed.pictures)
             message = to_message(
                 reading, exposed, elapsed_ms, dropped=exposed.dropped + link.dropped, simulated=source.simulated
             )

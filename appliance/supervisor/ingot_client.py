@@ -3,11 +3,12 @@
 from collections.abc import Callable
 
 from appliance.diagnostics.faults import Faults
+from appliance.history.recorder import Recorder
 from appliance.ingot.message import MESSAGES, IngotMessage
 from appliance.ingot.published import IngotPublication
 from appliance.ingot.settings import IngotSettings
 from appliance.supervisor.start_gate import StartGate
-from appliance.supervisor.station_client import StationClient
+from appliance.supervisor.station_client import StationClient, refuse_impossible
 from plc.rows import Value
 from vision.reasons import IngotReason
 
@@ -28,6 +29,8 @@ class IngotClient(StationClient[IngotMessage]):
     settings : IngotSettings
     faults : Faults
     gate : StartGate
+    recorder : Recorder
+        Keeps what is decided of ingots.
     on_news : callable
         Called when the registers may have changed.
 
@@ -36,9 +39,18 @@ class IngotClient(StationClient[IngotMessage]):
     publication : IngotPublication
     """
 
-    def __init__(self, settings: IngotSettings, faults: Faults, gate: StartGate, on_news: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        settings: IngotSettings,
+        *,
+        faults: Faults,
+        gate: StartGate,
+        recorder: Recorder,
+        on_news: Callable[[], None],
+    ) -> None:
         super().__init__(INGOT, MODULE, settings.model_dump_json(), MESSAGES, faults=faults, gate=gate, on_news=on_news)
         self.publication = IngotPublication(settings.stale_after_ms)
+        self._recorder = recorder
 
     def renew(self, settings: IngotSettings) -> None:
         """Restart the process with new settings."""
@@ -63,7 +75,9 @@ class IngotClient(StationClient[IngotMessage]):
         return self.publication.values()
 
     def _add(self, message: IngotMessage) -> None:
-        self.publication.add(message)
+        refuse_impossible(message.exposed_monotonic_s)
+        for number, verdict in self.publication.add(message).items():
+            self._recorder.add_verdict(verdict, number, simulated=message.simulated)
         self._faults.report_station(INGOT, message.faults)
 
     def _withdraw(self, *, restarted: bool) -> None:

@@ -7,9 +7,10 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field, ValidationInfo
 
 from appliance.conformity.settings import CorrectionSettings, JudgingSettings
+from appliance.history.settings import HistorySettings
 from appliance.ingot.settings import IngotSettings
 from appliance.settings.file import load as load_file
-from appliance.settings.section import FilePath, Section, refusal, unit
+from appliance.settings.section import FilePath, Section, unit
 from appliance.sizing.settings import Sizing
 from appliance.sizing.stereo.settings import SizingSettings
 from plc.security.addresses import Network, check_host
@@ -32,19 +33,9 @@ class TlsSettings(Section):
         return TlsFiles(self.certificate, self.key, self.authority)
 
 
-def _host(text: str) -> str:
-    try:
-        return check_host(text)
-    except ValueError as error:
-        raise refusal(str(error)) from error
-
-
 def _writers(texts: list[str]) -> list[str]:
     for text in texts:
-        try:
-            Network.parse(text)
-        except ValueError as error:
-            raise refusal(str(error)) from error
+        Network.parse(text)
     return texts
 
 
@@ -52,23 +43,23 @@ def _tls(tls: TlsSettings, info: ValidationInfo) -> TlsSettings:
     """Check that the secure port has all of its files if it has one, or is needed."""
     given = [tls.certificate, tls.key, tls.authority]
     if any(given) and not all(given):
-        raise refusal("certificate, key and authority belong together; give all three, or none")
+        raise ValueError("certificate, key and authority belong together; give all three, or none")
     if tls.files is not None:
         if info.data.get("port") == tls.port and info.data.get("plain"):
-            raise refusal(f"port {tls.port} is that of plc.port too; give another")
+            raise ValueError(f"port {tls.port} is that of plc.port too; give another")
         return tls
     advice = "give certificate, key and authority (hotgauge certificates makes them)"
     if info.data.get("writes") == "tls":
-        raise refusal(f'plc.writes = "tls" needs it; {advice}, or set plc.writes')
+        raise ValueError(f'plc.writes = "tls" needs it; {advice}, or set plc.writes')
     if info.data.get("plain") is False:
-        raise refusal(f"plc.plain = false leaves no port without it; {advice}, or set plc.plain")
+        raise ValueError(f"plc.plain = false leaves no port without it; {advice}, or set plc.plain")
     return tls
 
 
 class PlcSettings(Section):
     """The Modbus TCP server."""
 
-    host: Annotated[str, AfterValidator(_host)] = Field(
+    host: Annotated[str, AfterValidator(check_host)] = Field(
         default="127.0.0.1",
         description="Address or name to bind to; :: is every address, 0.0.0.0 every IPv4 address",
     )
@@ -118,6 +109,7 @@ class Settings(Section):
     ingot: IngotSettings = Field(default_factory=IngotSettings, description="Ingot station")
     judging: JudgingSettings = Field(default_factory=JudgingSettings, description="Trust, cold size and bars")
     correction: CorrectionSettings = Field(default_factory=CorrectionSettings, description="Closed loop")
+    history: HistorySettings = Field(default_factory=HistorySettings, description="What is kept on disk")
 
 
 def state_folder(plc: PlcSettings) -> Path | None:

@@ -8,6 +8,7 @@ from appliance.conformity.bar_statistics import BarStatistics
 from appliance.conformity.plc_inputs import PlcInputs
 from appliance.conformity.settings import CorrectionSettings, JudgingSettings
 from appliance.diagnostics.faults import Faults
+from appliance.history.recorder import Recorder
 from appliance.sizing.conveyor.settings import ConveyorSettings
 from appliance.sizing.lasting_reasons import LastingReasons
 from appliance.sizing.message import MESSAGES, ReadingMessage
@@ -15,7 +16,7 @@ from appliance.sizing.published import Publication
 from appliance.sizing.reading_ring import ReadingRing
 from appliance.sizing.stereo.settings import SizingSettings
 from appliance.supervisor.start_gate import StartGate
-from appliance.supervisor.station_client import StationClient
+from appliance.supervisor.station_client import StationClient, refuse_impossible
 from plc.codes import Decision
 from plc.rows import Value
 from vision.reasons import Reason
@@ -37,6 +38,8 @@ class SizingClient(StationClient[ReadingMessage]):
         What the PLC has written.
     faults : Faults
     gate : StartGate
+    recorder : Recorder
+        Keeps readings and bars.
     on_news : callable
         Called when the registers may have changed.
 
@@ -59,6 +62,7 @@ class SizingClient(StationClient[ReadingMessage]):
         inputs: PlcInputs,
         faults: Faults,
         gate: StartGate,
+        recorder: Recorder,
         on_news: Callable[[], None],
     ) -> None:
         super().__init__(
@@ -67,6 +71,7 @@ class SizingClient(StationClient[ReadingMessage]):
         self.simulated = self.measuring = self.running = False
         self._idle_after_s = settings.liveness.idle_after_s
         self._inputs = inputs
+        self._recorder = recorder
         self._publication = Publication(settings.stale_after_ms)
         self._advisor = Advisor(judging, correction)
         self._ring = ReadingRing()
@@ -88,6 +93,8 @@ class SizingClient(StationClient[ReadingMessage]):
         self._faults.report("not_measuring", active=self._is_idle(now_s), station=SIZING)
         if self._inputs.held:
             self._bars.end()
+        if not self._bars.passing:
+            self._recorder.end_bar()
 
     def values(self) -> dict[str, Value]:
         """Values of the registers at the last `update`, by name."""
@@ -117,6 +124,7 @@ class SizingClient(StationClient[ReadingMessage]):
         self._worked_s = time.monotonic()
 
     def _add(self, message: ReadingMessage) -> None:
+        refuse_impossible(message.exposed_monotonic_s)
         self._publication.add(message)
         self.measuring = True
         self.simulated = message.simulated
@@ -128,7 +136,9 @@ class SizingClient(StationClient[ReadingMessage]):
             self._lasting.add(message)
             for fault, active in self._lasting.faults().items():
                 self._faults.report(fault, active=active, station=SIZING)
-        self._ring.add(self._newest_values())
+        newest = self._newest_values()
+        self._ring.add(newest)
+        self._recorder.add_reading(message, newest | self._bars.values())
 
     def _withdraw(self, *, restarted: bool) -> None:
         self._publication.withdraw(Reason.STARTING if restarted else Reason.NO_PAIR)

@@ -1,6 +1,7 @@
 """The supervisor's side of a station: its process, its faults, and its part in allowing the start."""
 
 import abc
+import time
 from collections.abc import Callable
 from typing import Generic
 
@@ -8,6 +9,16 @@ from appliance.diagnostics.faults import Faults
 from appliance.processes.message import Messages, MessageT, StateMessage
 from appliance.processes.monitored_process import Health, MonitoredProcess
 from appliance.supervisor.start_gate import StartGate
+
+FUTURE_MOST_S = 1.0  # chosen: both clocks are this computer's own; liveness already refuses 0.05 s
+PAST_MOST_S = 3600.0  # chosen: a process that was stopped for longer than this is started anew
+
+
+def refuse_impossible(exposed_s: float) -> None:
+    """Raise `ValueError`, which ends the process, for an exposure in the future or from long ago, monotonic time."""
+    age_s = time.monotonic() - exposed_s
+    if not -FUTURE_MOST_S <= age_s <= PAST_MOST_S:
+        raise ValueError(f"an exposure {age_s:g} s ago")
 
 
 class StationClient(abc.ABC, Generic[MessageT]):

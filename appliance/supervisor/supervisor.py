@@ -10,12 +10,14 @@ import logging
 import math
 import time
 from collections.abc import Callable, Mapping
+from pathlib import Path
 
 from appliance.conformity.plc_inputs import PlcInputs
 from appliance.conformity.set_points import SetPoints
 from appliance.diagnostics.alarms import Alarms
 from appliance.diagnostics.faults import Faults
-from appliance.settings.file import SettingsError
+from appliance.errors import HotgaugeError
+from appliance.history.keeper import HistoryKeeper
 from appliance.supervisor.clock_watch import WallClock
 from appliance.supervisor.ingot_client import INGOT, IngotClient, is_on
 from appliance.supervisor.plc_server import make_server, report_certificate
@@ -57,8 +59,12 @@ class Supervisor:
         self._started_s = time.monotonic()
         self._news = asyncio.Event()
         self._serving = asyncio.Event()
+        self._one_reload = asyncio.Lock()
         self._stopping = False
         self._refuses = False
+        self._history = HistoryKeeper(
+            settings.history, self._inputs, self._scale_file, trust_min=settings.judging.trust_min, wall=wall
+        )
         self._gate = StartGate({SIZING, INGOT} if is_on(settings.ingot) else {SIZING})
         self._sizing = SizingClient(
             settings.sizing,
@@ -67,11 +73,22 @@ class Supervisor:
             inputs=self._inputs,
             faults=self._faults,
             gate=self._gate,
+            recorder=self._history.recorder,
             on_news=self._news.set,
         )
-        self._ingots = (
-            IngotClient(settings.ingot, self._faults, self._gate, self._news.set) if is_on(settings.ingot) else None
+        self._ingots = self._make_ingots(settings) if is_on(settings.ingot) else None
+
+    def _make_ingots(self, settings: Settings) -> IngotClient:
+        return IngotClient(
+            settings.ingot,
+            faults=self._faults,
+            gate=self._gate,
+            recorder=self._history.recorder,
+            on_news=self._news.set,
         )
+
+    def _scale_file(self) -> Path | None:
+        return self._settings.sizing.scale_file
 
     def stop(self) -> None:
         """Make `run` return."""
@@ -107,7 +124,8 @@ class Supervisor:
         if not refuses:
             self._gate.open()
         self._inputs.load()
-        parts = [self._sizing.run(), self._serve(), self._inputs.keep(), self._prove(on_serving, on_proof)]
+        parts = [self._sizing.run(), self._serve(), self._inputs.keep(), self._history.keep()]
+        parts.append(self._prove(on_serving, on_proof))
         if self._ingots:
             parts.append(self._ingots.run())
         tasks = {asyncio.create_task(part) for part in parts}
@@ -121,6 +139,7 @@ class Supervisor:
             await asyncio.gather(*tasks, return_exceptions=True)
             await self._server.stop()
             await self._inputs.save()
+            await self._history.stop()
 
     async def reload(self, load: Callable[[], Settings]) -> None:
         """Apply new settings: stations whose settings changed restart; other changes report `restart_needed`.
@@ -130,10 +149,14 @@ class Supervisor:
         load : callable
             Returns the settings. If it raises `SettingsError`, the settings in force stay and a fault is reported.
         """
+        async with self._one_reload:  # of two, the later one wins
+            await self._reload(load)
+
+    async def _reload(self, load: Callable[[], Settings]) -> None:
         try:
             settings = await asyncio.to_thread(load)
-        except SettingsError as error:
-            self._faults.report("settings_unusable", active=True, detail=str(error))
+        except (HotgaugeError, OSError, ValueError, RecursionError) as error:
+            self._faults.report("settings_unusable", active=True, detail=str(error) or type(error).__name__)
             return
         self._faults.report("settings_unusable", active=False)
         logger.info("settings are loaded again")
@@ -198,6 +221,7 @@ class Supervisor:
     def _receive_write(self, changed: Mapping[str, int | bool]) -> None:
         self._inputs.add(changed)
         self._shelve(changed)
+        self._history.recorder.add_writes(changed)
         if changed.get("acknowledge"):
             self._alarms.acknowledge()
             self._faults.acknowledge()
@@ -226,6 +250,7 @@ class Supervisor:
             self._ingots.update(now_s, held=self._inputs.held)
         self._faults.report("clock_stepped", active=self._clock.was_set(now_s))
         report_certificate(self._server, self._faults)
+        self._history.update(self._faults, self._alarms)
         causes = self._faults.active | {name for name, there in self._conditions(now_s).items() if there}
         self._alarms.update(causes, now_s, suppressed=self._inputs.held)
 

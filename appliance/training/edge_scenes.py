@@ -7,6 +7,7 @@ darker than their ground.
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import cast
 
 import cv2
 import numpy as np
@@ -18,10 +19,11 @@ from appliance.simulation.bars.disturbances import Post, Side
 from appliance.simulation.bars.line_scene import Picture
 from appliance.simulation.bars.study_scenes import SIDES, Setup, set_up
 from appliance.simulation.bars.surface import hits
-from appliance.simulation.sensor import Response, blurred_step, encode
+from appliance.simulation.response import Response, encode
+from appliance.simulation.sensor import blurred_step
 from appliance.simulation.true_rig import TrueCamera
 from vision.edges.forest.training import Example
-from vision.light import decoding_table
+from vision.light import NamedResponse, decoding_table
 
 DATA_VERSION = "scenes 2"  # to be raised with each change of these pictures
 
@@ -181,7 +183,7 @@ def _as_shown(image: Image, response: Response, rng: Rng) -> Image:
         return np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.float32)
     if kind < 0.75:
         return brightest
-    light = np.interp(brightest, np.linspace(0, 1, 256), decoding_table(response))
+    light = np.interp(brightest, np.linspace(0, 1, 256), decoding_table(cast("NamedResponse", response)))
     return np.asarray(encode(light, "srgb"), np.float32)
 
 

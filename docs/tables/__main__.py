@@ -7,6 +7,7 @@ from appliance.conformity.thermal_expansion import GRADES
 from appliance.diagnostics.alarms import ALARMS
 from appliance.diagnostics.fault_table import FAULTS
 from appliance.diagnostics.named_bits import named_bits
+from appliance.history.tables import TABLES, Column, Table
 from appliance.settings.table import table
 from appliance.simulation.bars.study_scenes import CONDITIONS
 from appliance.simulation.ingots.conditions import INGOT_CONDITIONS
@@ -28,6 +29,7 @@ def texts() -> dict[str, str]:
         "scenes.md": scenes(),
         "alarms.md": alarms(),
         "grades.md": grades(),
+        "history.md": history(),
     }
 
 
@@ -130,6 +132,25 @@ def grades() -> str:
         "EN 10088-1 and AISI, numbers after EN 10027-2. Capitals and blanks do not matter."
     )
     return f"{expansion}\n#{_document('Names of steels', intro, ('expansion_grade', 'names'), steels)}"
+
+
+def history() -> str:
+    """The tables of the history, as `hotgauge export` writes them."""
+    intro = (
+        "What `hotgauge export --what TABLE` writes. Each time is two columns, `..._utc` and `..._local`; what is "
+        "not known is empty. Rows are selected by the first column."
+    )
+    return f"# Tables of the history\n\n{intro}\n\n" + "\n".join(map(_history_table, TABLES))
+
+
+def _exported_name(column: Column) -> str:
+    return column.name.removesuffix("_ms") if column.kind == "time" else column.name
+
+
+def _history_table(table: Table) -> str:
+    rows = [(f"`{_exported_name(column)}`", column.unit, column.text) for column in table.columns]
+    name = table.name.replace("_", "-")
+    return "#" + _document(name, table.text, ("column", "unit", "text"), rows)
 
 
 _SETTINGS_HEAD = ("key", "allowed", "default", "text")

@@ -19,7 +19,8 @@ from appliance.cameras.pacing import Pacer, device_us, utc_ms
 from appliance.cameras.source import CameraError, Frame, FramePair
 from appliance.simulation.boards.boards import Board, BoardCorners, observe
 from appliance.simulation.renderer_process import slots_of
-from appliance.simulation.sensor import Response, Sensor
+from appliance.simulation.response import Response
+from appliance.simulation.sensor import Sensor
 from appliance.simulation.true_rig import default_rig
 
 Picture = NDArray[np.uint8]

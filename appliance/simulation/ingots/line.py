@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from appliance.simulation.bars.bars import levels
 from appliance.simulation.ingots.faces import TYPICAL, Label, Looks, Rng, face, random_looks, side
 from appliance.simulation.ingots.solid import Ingot, Pose, end_circle_px, outline_px
-from appliance.simulation.sensor import Blur, Response, Sensor
+from appliance.simulation.response import Response
+from appliance.simulation.sensor import Blur, Sensor
 from appliance.simulation.true_rig import TrueCamera, look_at
 
 Box = tuple[int, int, int, int]  # x, y, width, height, pixels

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from appliance.cameras.recording.pairs import read_picture
+from appliance.cameras.recording.picture_file import read_picture
 from appliance.cameras.source import CameraError
 from appliance.sizing.method import ScaleError
+from vision.pictures import is_false_colour
 from vision.readings import SizeReading
 from vision.reasons import Reason
 from vision.sizing.conveyor.barriers import Barriers
@@ -35,7 +36,7 @@ def read_background(path: Path) -> list[Picture]:
     if not path.is_file():
         raise EmptyLineError(f"{path}: no such picture; give a picture of the empty line")
     try:
-        return [read_picture(path)]
+        return [read_picture(path).shown]
     except CameraError as error:
         raise EmptyLineError(str(error)) from error
 
@@ -60,6 +61,8 @@ class TimedConveyorGauge:
     def __init__(self, empty: list[Picture], name: str, make: Callable[[list[Picture]], ConveyorGauge]) -> None:
         self._empty = empty[0]
         self.name = name
+        for picture in empty:
+            self._check_colours(picture)
         self._gauge = make(empty)
 
     @property
@@ -73,6 +76,13 @@ class TimedConveyorGauge:
             raise EmptyLineError(
                 f"{self.name}: {BARRIER_TROUBLES[self.barriers]}; clear the line, or set sizing.conveyor.background "
                 "to a picture of it without a bar"
+            )
+
+    def _check_colours(self, picture: Picture) -> None:
+        if is_false_colour(picture):
+            raise EmptyLineError(
+                f"{self.name}: the camera's pictures are in false colours, in which a colour is no light; "
+                "have it send or record grey values"
             )
 
     def warm_up(self) -> None:
@@ -93,8 +103,9 @@ class TimedConveyorGauge:
         Raises
         ------
         EmptyLineError
-            The picture has another size than those of the empty line.
+            The picture has another size than those of the empty line, or is in false colours.
         """
+        self._check_colours(picture)
         if picture.shape[:2] != self._empty.shape[:2]:
             sizes = [f"{columns} x {rows}" for rows, columns in (self._empty.shape[:2], picture.shape[:2])]
             raise EmptyLineError(

@@ -60,6 +60,11 @@ class ConveyorSettings(SizingMethod):
         """Make the source of single pictures; see `SizingMethod.make_source`."""
         return self.camera.make_source()
 
+    @property
+    def scale_file(self) -> Path | None:
+        """The picture of the empty line; see `SizingMethod.scale_file`."""
+        return self.conveyor.background
+
     def make_gauge(self, _on_usable: Callable[[], None], /) -> TimedReader:
         """Make the gauge from the empty line; see `SizingMethod.make_gauge`."""
         from appliance.sizing.conveyor.gauge import conveyor_gauge

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from appliance.cameras.recording.pairs import read_picture
+from appliance.cameras.recording.picture_file import read_picture
 from appliance.errors import HotgaugeError
 from appliance.sizing.stereo.rig_file import RigError, load_rig
 from vision.alignment.view_alignment import Alignment
@@ -20,6 +20,7 @@ from vision.fusion.multiscale import DEFAULT_SCALES, Approximation, Scales
 from vision.fusion.rules import Rule
 from vision.geometry.turned_region import whole_picture
 from vision.reasons import REASONS
+from vision.sent_picture import SentPicture
 from vision.sizing.virtual_board.gauge import VirtualBoardGauge
 
 Picture = NDArray[np.uint8]
@@ -113,17 +114,17 @@ def fuse_files(
         raise RigError(f"{rig}: has no world frame; calibrate with the registration pictures of the low board")
     pictures = read_picture(left), read_picture(right)
     for picture, camera, path in zip(pictures, (calibrated.left, calibrated.right), (left, right), strict=True):
-        size = picture.shape[1], picture.shape[0]
+        size = picture.size
         if size != camera.image_size:
             expected = f"{camera.image_size[0]} x {camera.image_size[1]}"
             raise RigError(f"{rig}: made for pictures of {expected}, {path} is {size[0]} x {size[1]}; use its own rig")
-    if pictures[0].ndim != pictures[1].ndim:
+    if pictures[0].shown.ndim != pictures[1].shown.ndim:
         raise FusionError(f"{right}: one picture is grey and the other in colour; give two of a kind")
     return _fused(pictures, calibrated, method, scales, height_mm)
 
 
 def _fused(
-    pictures: tuple[Picture, Picture], rig: Rig, method: Method, scales: Scales, height_mm: float | None
+    pictures: tuple[SentPicture, SentPicture], rig: Rig, method: Method, scales: Scales, height_mm: float | None
 ) -> FusedPair:
     if height_mm is None:
         height_mm = _height_of_bar(pictures, rig)
@@ -133,7 +134,7 @@ def _fused(
     return FusedPair(fuse(left.picture, aligned, method, scales=scales), left.picture, aligned, height_mm)
 
 
-def _height_of_bar(pictures: tuple[Picture, Picture], rig: Rig) -> float:
+def _height_of_bar(pictures: tuple[SentPicture, SentPicture], rig: Rig) -> float:
     # Sobel suffices: each point moves to the half level of light, independent of the edge detector
     reading = VirtualBoardGauge(rig, edges="sobel").measure(*pictures)
     if not math.isfinite(reading.plane_height_mm):

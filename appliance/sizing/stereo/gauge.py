@@ -15,6 +15,7 @@ from vision.calibration.rig import Rig
 from vision.geometry.camera import Camera
 from vision.geometry.measuring_plane import PLANE_HEIGHT_MM
 from vision.readings import SizeReading
+from vision.sent_picture import Codes, SentPicture
 from vision.sizing.gauge import Gauge
 from vision.sizing.limits import LIMB_SIDES
 from vision.sizing.tangent.tangent_planes import TangentPlane
@@ -28,7 +29,7 @@ DRAWN_DIAMETER_MM = 150.0  # chosen: bar that `warm_up` draws
 class Measures(Protocol[Reading_co]):
     """A gauge that measures a pair of pictures."""
 
-    def measure(self, left: Picture, right: Picture) -> Reading_co:
+    def measure(self, left: SentPicture | Codes, right: SentPicture | Codes) -> Reading_co:
         """Measure one pair."""
         ...
 
@@ -63,26 +64,26 @@ class TimedGauge(Generic[Reading_co]):
         """Measure a drawn bar once, so that code is compiled before the first pair."""
         self._make(self._rig).measure(*(_drawn_bar(camera) for camera in (self._rig.left, self._rig.right)))
 
-    def measure(self, left: Picture, right: Picture) -> tuple[Reading_co, float]:
+    def measure(self, left: SentPicture | Codes, right: SentPicture | Codes) -> tuple[Reading_co, float]:
         """Measure one pair: reading and computing time, ms.
 
         Parameters
         ----------
-        left, right : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        left, right : SentPicture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
 
         Raises
         ------
         RigError
             The pictures do not have the size that the rig was calibrated with.
         """
-        self._check_size("left", self._rig.left.image_size, left)
-        self._check_size("right", self._rig.right.image_size, right)
+        pictures = SentPicture.of(left), SentPicture.of(right)
+        self._check_size("left", self._rig.left.image_size, pictures[0].size)
+        self._check_size("right", self._rig.right.image_size, pictures[1].size)
         started_s = time.perf_counter()
-        reading = self._gauge.measure(left, right)
+        reading = self._gauge.measure(*pictures)
         return reading, 1000 * (time.perf_counter() - started_s)
 
-    def _check_size(self, side: str, calibrated: tuple[int, int], picture: Picture) -> None:
-        size = picture.shape[1], picture.shape[0]
+    def _check_size(self, side: str, calibrated: tuple[int, int], size: tuple[int, int]) -> None:
         if size != calibrated:
             raise RigError(
                 f"{self._name}: made for {side} pictures of {calibrated[0]} x {calibrated[1]}, these are "

@@ -35,6 +35,11 @@ class SizingSettings(SizingMethod):
         description="Calibration of the two cameras, from `hotgauge calibrate`; the mill can do without",
     )
 
+    @property
+    def scale_file(self) -> Path | None:
+        """The rig file; see `SizingMethod.scale_file`."""
+        return self.rig
+
     def make_source(self) -> "PairSource":
         """Make the source of image pairs; see `SizingMethod.make_source`."""
         return self.camera.make_source(self.liveness.apart_max_us)

@@ -192,3 +192,10 @@ def test_two_readings_between_two_swaps_have_a_number_each(served):
     served.add(reading())
     served.add(reading(sequence=1))
     assert sequences(served, 100.0) == [first + 2]
+
+
+def test_a_new_process_that_has_already_dropped_more_than_the_old_one_is_counted_from_zero(served):
+    served.add(reading(dropped=5))
+    served.withdraw(Reason.STARTING)
+    served.add(reading(dropped=8))
+    assert served.values_at(100.0)["frames_dropped"] == 13
