@@ -168,9 +168,6 @@ REQUIRED = {
     ("sizing.camera.kind", "tangent, genicam"): 'sizing.camera.left = "1"\nsizing.camera.right = "2"\n',
     ("ingot.camera.kind", "genicam"): 'ingot.camera.serial = "1"\n',
     ("ingot.camera.kind", "stream"): 'ingot.camera.address = "a"\n',
-    ("sizing.camera.kind", "conveyor, genicam"): 'sizing.camera.serial = "a"\n',
-    ("sizing.camera.kind", "tangent, genicam"): 'sizing.camera.left = "a"\nsizing.camera.right = "b"\n',
-    ("ingot.camera.kind", "genicam"): 'ingot.camera.serial = "a"\n',
 }
 NUMBERS = [row for row in table(Settings) if "number" in row.allowed]
 
