@@ -14,7 +14,7 @@ from vision.sent_picture import SentPicture
 Pictures = tuple[SentPicture, SentPicture]
 
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg")
-VIDEO_SUFFIXES = (".mp4", ".avi", ".mkv")
+VIDEO_SUFFIXES = (".mp4", ".avi", ".mkv", ".mov")
 SIDES = ("left", "right")
 
 Recorded = TypeVar("Recorded")
@@ -27,7 +27,8 @@ class Recording:
     ----------
     folder : Path
         With `left/` and `right/` (pictures named by their frame number) or `left.mp4` and `right.mp4`
-        (also .avi and .mkv); what pictures cannot say of their coding stands in `coding.json`.
+        (also .avi, .mkv and .mov, in letters of any case);
+        what pictures cannot say of their coding stands in `coding.json`.
 
     Raises
     ------
@@ -248,13 +249,19 @@ class _Frames(Protocol):
 def _open_frames(folder: Path) -> _Frames:
     if all((folder / side).is_dir() for side in SIDES):
         return _PictureFrames(folder)
-    for suffix in VIDEO_SUFFIXES:
-        if all((folder / f"{side}{suffix}").is_file() for side in SIDES):
-            return _VideoFrames(folder / f"left{suffix}", folder / f"right{suffix}")
+    left, right = (_video_named(folder, side) for side in SIDES)
+    if left is not None and right is not None:
+        return _VideoFrames(left, right)
     raise CameraError(
         f"{folder}: holds neither left/ and right/ with pictures nor left.mp4 and right.mp4; "
         "give the folder of a recording of two cameras"
     )
+
+
+def _video_named(folder: Path, side: str) -> Path | None:
+    """Video of one side, in letters of any case; the first by name if there are several."""
+    videos = (path for path in sorted(folder.iterdir()) if path.suffix.lower() in VIDEO_SUFFIXES)
+    return next((path for path in videos if path.stem.lower() == side), None)
 
 
 class _PictureFrames:
@@ -290,8 +297,12 @@ class _PictureFrames:
 
 
 def numbered_pictures(folder: Path) -> dict[int, Path]:
-    """Pictures of a folder by frame number; raises `CameraError` for names without a number and numbers twice."""
-    paths = [path for path in folder.iterdir() if path.suffix.lower() in PICTURE_SUFFIXES]
+    """Pictures of a folder by frame number; raises `CameraError` for names without a number and numbers twice.
+
+    Hidden files, such as the `._000000.png` that a Macintosh leaves beside a picture, are passed over.
+    """
+    shown = (path for path in folder.iterdir() if not path.name.startswith("."))
+    paths = [path for path in shown if path.suffix.lower() in PICTURE_SUFFIXES]
     numbered: dict[int, Path] = {}
     for path in sorted(paths):
         if not path.stem.isdecimal():

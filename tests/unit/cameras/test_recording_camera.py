@@ -71,7 +71,7 @@ def test_grey_pictures_stay_two_dimensional(tmp_path):
     assert left.shown.dtype == np.uint8
 
 
-@pytest.mark.parametrize(("suffix", "fourcc"), [(".mp4", "mp4v"), (".avi", "MJPG"), (".mkv", "FFV1")])
+@pytest.mark.parametrize(("suffix", "fourcc"), [(".mp4", "mp4v"), (".avi", "MJPG"), (".mkv", "FFV1"), (".mov", "mp4v")])
 def test_videos_give_every_frame_once(tmp_path, suffix, fourcc):
     recording = Recording(write_videos(tmp_path, (7, 7), suffix, fourcc))
     frames = list(recording)
@@ -280,3 +280,15 @@ def test_a_slow_reader_of_a_loop_sees_all_its_frames(tmp_path):
             seen.add(frame)
             time.sleep(0.025)
     assert seen == {0, 1, 2}
+
+
+def test_names_of_videos_in_letters_of_any_case_are_found(tmp_path):
+    write_videos(tmp_path, (3, 3))
+    (tmp_path / "left.avi").rename(tmp_path / "Left.AVI")
+    assert len(Recording(tmp_path)) == 3
+
+
+def test_hidden_files_beside_the_pictures_are_passed_over(tmp_path):
+    write_pictures(tmp_path, range(3))
+    (tmp_path / "left" / "._000000.png").write_bytes(b"resource fork")
+    assert len(Recording(tmp_path)) == 3
