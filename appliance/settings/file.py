@@ -13,7 +13,6 @@ from pydantic_core import ErrorDetails
 
 from appliance.errors import HotgaugeError
 from appliance.settings.masking import mask
-from appliance.settings.section import SENTENCE
 from appliance.settings.table import Kind, SettingRow, as_toml, table
 
 
@@ -65,16 +64,14 @@ def _sentence(detail: ErrorDetails, root: type[BaseModel]) -> str:
     key, kinds = _place(detail["loc"], rows)
     if detail["type"] == "extra_forbidden":
         return f"{key}: unknown key; {_nearest(key, kinds, rows)}"
-    if detail["type"] == SENTENCE:
-        return f"{key}: {detail['msg']}"
+    if detail["type"] == "value_error":  # of a check of our own, whose text says what to do
+        return f"{key}: {detail.get('ctx', {}).get('error', detail['msg'])}"
     given = detail["input"]
     if detail["type"].startswith("union_tag"):
         context = detail.get("ctx", {})
         key, given = f"{key}.{context['discriminator'].strip(chr(39))}", context.get("tag")
     here = [row for row in rows if row.key == key and not _elsewhere(row, kinds)]
     allowed = " or ".join(dict.fromkeys(row.allowed for row in here)) or "a [section]"
-    if detail["type"] == "value_error":
-        return f"{key} = {as_toml(given)} cannot be: {detail.get('ctx', {}).get('error')}; give {allowed}"
     missing = detail["type"] in {"missing", "union_tag_not_found"}
     return f"{key}: missing; give {allowed}" if missing else f"{key} = {as_toml(given)} is not allowed; give {allowed}"
 

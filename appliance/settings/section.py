@@ -5,8 +5,6 @@ from typing import Annotated
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, JsonValue, ValidationInfo
 
-SENTENCE = "sentence"  # type of a `PydanticCustomError` whose text is for the person who wrote the file
-
 
 class Section(BaseModel):
     """A section: unknown keys and values of a wrong type are refused; a section never changes once it is read."""
@@ -29,7 +27,7 @@ FilePath = Annotated[Path, Field(strict=False), AfterValidator(_beside_the_file)
 
 def _unset_or_box(numbers: list[int]) -> list[int]:
     if numbers and (len(numbers) != 4 or min(numbers) < 0 or 0 in numbers[2:]):
-        raise ValueError("not a box")
+        raise ValueError(f"{numbers} is no region; give a list [x, y, width, height] in pixels, or [] for none")
     return numbers
 
 

@@ -4,10 +4,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import AfterValidator, Field
-from pydantic_core import PydanticCustomError
 
 from appliance.cameras.section import PairCamera, PictureCamera
-from appliance.settings.section import SENTENCE, FilePath, Section, unit
+from appliance.settings.section import FilePath, Section, unit
 
 if TYPE_CHECKING:
     from appliance.cameras.source import PairSource, PictureSource
@@ -16,9 +15,7 @@ if TYPE_CHECKING:
 
 def _without_credentials(address: str) -> str:
     if "://" in address and "@" in address:
-        raise PydanticCustomError(
-            SENTENCE, "an address with user or password would be read by everybody; name a file in credentials"
-        )
+        raise ValueError("an address with user or password would be read by everybody; name a file in credentials")
     return address
 
 
