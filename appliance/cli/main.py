@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import NoReturn
 
-from appliance.cli import calibrate, computer, fuse, history, measure, orient, plc, serve, simulate, train
+from appliance.cli import calibrate, computer, fuse, history, measure, orient, plc, serve, simulate, train, verify
 from appliance.cli.common import add_config
 from appliance.command_options import CommandError
 from appliance.errors import HotgaugeError
@@ -99,6 +99,7 @@ COMMANDS: dict[str, tuple[_Run, str, _AddArguments]] = {
     "simulate": (simulate.run_simulate, "Write a recording of the simulated mill, with truth", simulate.add_simulate),
     "export": (history.run_export, "Write what the history keeps of a time to CSV or Parquet", history.add_export),
     "report": (history.run_report, "Write pages about the shifts of a time, as HTML or PDF", history.add_report),
+    "verify": (verify.run_verify, "Verify the gauge against a bar of known diameter", verify.add_verify),
     "train-edges": (train.run_train_edges, "Train the forest that finds edges", train.add_train_edges),
     "registers": (plc.run_registers, "Print the register map", plc.add_registers),
     "install": (
