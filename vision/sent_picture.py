@@ -115,7 +115,7 @@ class SentPicture:
         if isinstance(image, SentPicture):
             return image
         if image.dtype not in {np.dtype(np.uint8), np.dtype(np.uint16)}:
-            raise ValueError(f"a picture of uint8 or uint16 is needed, not of {image.dtype}")
+            raise ValueError(f"image: a picture of uint8 or uint16 is needed, not of {image.dtype}")
         return sent_picture(image, Coding("colour" if image.ndim == 3 else "grey", 8 * image.dtype.itemsize))
 
 
@@ -140,7 +140,9 @@ def sent_picture(image: Codes, coding: Coding, shown: Shown | None = None) -> Se
         Neither grey nor three channels, or colours where the coding has one sample a pixel.
     """
     if not (image.ndim == 2 or (image.ndim == 3 and image.shape[2] == 3)) or image.size == 0:
-        raise ValueError(f"a picture, grey or with three channels, is needed, not an array of shape {image.shape}")
+        raise ValueError(
+            f"image: a picture, grey or with three channels, is needed, not an array of shape {image.shape}"
+        )
     if (image.ndim == 3) != (coding.samples == "colour"):
         raise ValueError(f"{image.ndim - 1}-dimensional samples do not go with a coding of {coding.samples}")
     measured = np.ascontiguousarray(image if image.ndim == 3 else image[:, :, None])

@@ -4,11 +4,9 @@ import math
 from collections import deque
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from appliance.cameras.pacing import utc_ms
 from appliance.cameras.source import FramePair
+from vision.sent_picture import SentPicture
 
 LARGEST_QUEUE = 8  # chosen: pictures of one camera that wait for a partner; the oldest is discarded
 
@@ -18,7 +16,7 @@ class Exposure(NamedTuple):
 
     Attributes
     ----------
-    picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+    picture : SentPicture
     sequence : int
         Number that the camera gave it.
     device_us : int
@@ -29,7 +27,7 @@ class Exposure(NamedTuple):
         Exposure time; NaN where the camera cannot say.
     """
 
-    picture: NDArray[np.uint8]
+    picture: SentPicture
     sequence: int
     device_us: int
     exposed_monotonic_s: float
@@ -112,8 +110,8 @@ class Pairing:
         self.dropped += number - self._last - 1
         self._last = number
         return FramePair(
-            left.picture,
-            right.picture,
+            left.picture.shown,
+            right.picture.shown,
             sequence=number,
             left_us=left.device_us,
             right_us=right.device_us,
@@ -121,6 +119,7 @@ class Pairing:
             exposed_utc_ms=utc_ms(left.exposed_monotonic_s),
             exposure_us=left.exposure_us,
             dropped=self.dropped,
+            sent=(left.picture, right.picture),
         )
 
 

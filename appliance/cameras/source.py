@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from appliance.errors import HotgaugeError
+from appliance.settings.masking import mask
 from vision.sent_picture import SentPicture
 
 
@@ -16,12 +17,13 @@ class CameraError(HotgaugeError):
     Parameters
     ----------
     message : str
+        What addresses in it carry of users and passwords is taken out.
     fault : str
         Name in the fault table.
     """
 
     def __init__(self, message: str, fault: str = "camera_lost") -> None:
-        super().__init__(message)
+        super().__init__(mask(message))
         self.fault = fault
 
 

@@ -24,6 +24,13 @@ def progress(unit: str) -> Generator[Callable[[int, int], None]]:
         yield show
 
 
+def positive_number(text: str) -> int:
+    number = int(text)
+    if number < 1:
+        raise ValueError
+    return number
+
+
 def whole_number(text: str) -> int:
     number = int(text)
     if number < 0:

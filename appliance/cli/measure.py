@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from appliance.cli.outputs import refuse_lost_input, refuse_other_formats
 from appliance.command_options import CommandError
 from appliance.sizing.conveyor.measuring import ConveyorMeasuring
 from appliance.sizing.measuring import Measuring
@@ -29,6 +30,8 @@ def add_measure(command: argparse.ArgumentParser) -> None:
 def run_measure(given: argparse.Namespace) -> None:
     room = ROOM_BY_METHOD[given.method]
     _refuse_others(given, room)
+    refuse_other_formats(given.output)
+    refuse_lost_input(given.output, (given.recording, given.rig, given.background))
     try:
         room.run(given)
     except OSError as error:

@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Callable
 from pathlib import Path
 
-from appliance.cli.common import progress, whole_number
+from appliance.cli.common import positive_number, progress, whole_number
 from appliance.command_options import CommandError
 
 INGOTS_SCENE = "ingots"  # also the prefix of scenes under a condition, as in ingots-glare
@@ -27,7 +27,7 @@ def add_simulate(command: argparse.ArgumentParser) -> None:
         help="added to a condition, such as ovality; repeatable",
     )
     command.add_argument("--seed", type=whole_number, default=1, help="seed of all that is drawn, 1 unless given")
-    command.add_argument("--frames", type=whole_number, default=50, help="frames, 50 unless given")
+    command.add_argument("--frames", type=positive_number, default=50, help="frames, 50 unless given")
 
 
 def run_simulate(given: argparse.Namespace) -> None:

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from appliance.errors import HotgaugeError
+from appliance.settings.masking import mask
 from appliance.settings.table import Kind, SettingRow, as_toml, table
 
 
@@ -44,7 +45,7 @@ def load(path: Path | None, root: type[RootT]) -> RootT:
     if path is None:
         return root()
     try:
-        values = tomllib.loads(path.read_text(encoding="utf-8"))
+        values = tomllib.loads(path.read_text(encoding="utf-8-sig"))
         return root.model_validate(values, context={"folder": path.parent})
     except OSError as error:
         raise SettingsError(f"{path}: {error.strerror}; give an existing TOML file") from error
@@ -53,7 +54,9 @@ def load(path: Path | None, root: type[RootT]) -> RootT:
     except tomllib.TOMLDecodeError as error:
         raise SettingsError(f"{path}: not well-formed TOML: {error}") from error
     except ValidationError as error:
-        raise SettingsError(f"{path}: " + "; ".join(_sentence(detail, root) for detail in error.errors())) from error
+        raise SettingsError(
+            f"{path}: " + "; ".join(mask(_sentence(detail, root)) for detail in error.errors())
+        ) from None
 
 
 def _sentence(detail: ErrorDetails, root: type[BaseModel]) -> str:
@@ -61,6 +64,8 @@ def _sentence(detail: ErrorDetails, root: type[BaseModel]) -> str:
     key, kinds = _place(detail["loc"], rows)
     if detail["type"] == "extra_forbidden":
         return f"{key}: unknown key; {_nearest(key, kinds, rows)}"
+    if detail["type"] == "value_error":
+        return f"{key}: {detail.get('ctx', {}).get('error', detail['msg'])}"
     given = detail["input"]
     if detail["type"].startswith("union_tag"):
         context = detail.get("ctx", {})

@@ -4,14 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 from calibrated_rigs import rig_with_marks
-from camera_rigs import drawn_setup, measured_response
+from camera_rigs import drawn_setup, measured_response, response_of
 from coded_pictures import CODINGS
+from scipy import special
 
 from appliance.simulation.response import encode
 from appliance.sizing.trust import trust_percent
 from studies.served_diameter import errors, rounded
 from vision.calibration.acceptance import CalibrationError
-from vision.light import NAMED_RESPONSES
+from vision.light import NAMED_RESPONSES, ResponseCurve, light_of
 from vision.sent_picture import SentPicture
 from vision.sizing.gauge import Gauge
 
@@ -99,5 +100,16 @@ def _of_group(rows):
         "availability": rounded(len(served) / max(1, len(rows))),
         **(errors(served) if served else {}),
         "virtual_board_bias_mm": rounded(np.mean(virtual)) if virtual else None,
+        "half_level_rmse_px": rounded(np.sqrt(np.mean([half_level_px(row) ** 2 for row in served])))
+        if served
+        else None,
         "before": errors(before) if before else {},
     }
+
+
+def half_level_px(row):
+    """How far a bar's edge of 0.8 px blur is off under the response that was measured from the boards."""
+    light, bar = np.linspace(0.0, 1.0, 8001), np.array([0.02, 0.9])
+    decoded = light_of(encode(light, response_of(row["seed"])), ResponseCurve(*row["response"]))
+    half = np.interp(np.mean(np.interp(bar, light, decoded)), decoded, light)
+    return 0.8 * special.ndtri((half - bar[0]) / (bar[1] - bar[0]))

@@ -56,7 +56,7 @@ SLOPE_STEP = 1e-3
 USUAL_LIGHT = np.array([0.02, 0.9])  # of the background and of a bar, exposed as it should be
 USUAL_BLUR_PX = 0.8
 CODES = np.linspace(0.0, 1.1, 4401)
-CONTRADICTION_PX = 0.03  # of a bar's edge: a standard that is off by less is taken at its word
+CONTRADICTION_PX = 0.04  # of a bar's edge: a standard that is off by less is taken at its word
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -297,7 +297,7 @@ def chosen_response(told: NamedResponse | None, measured: MeasuredResponse | Non
         Used where the pictures do not contradict it: a standard is then known better than they can tell.
     measured : MeasuredResponse or None
         Used without `told`, and against it where a bar's edge would lie elsewhere by more than
-        `CONTRADICTION_PX` and by more than twice the standard uncertainty.
+        `CONTRADICTION_PX` and by more than three times the standard uncertainty.
 
     Returns
     -------
@@ -309,7 +309,7 @@ def chosen_response(told: NamedResponse | None, measured: MeasuredResponse | Non
     if told is None:
         return ChosenResponse(measured.curve, "")
     off_px, u_px = edge_shift_px(told, measured.curve)
-    if abs(off_px) <= max(CONTRADICTION_PX, 2 * u_px):
+    if abs(off_px) <= max(CONTRADICTION_PX, 3 * u_px):
         return ChosenResponse(told, "")
     way = "outwards" if off_px > 0 else "inwards"
     return ChosenResponse(

@@ -29,7 +29,7 @@ def _checked(name: str, image: SentPicture | Codes, calibrated: tuple[int, int])
     try:
         picture = SentPicture.of(image)
     except ValueError as error:
-        raise ValueError(f"{name}: {error}") from error
+        raise ValueError(f"{name}: {str(error).removeprefix('image: ')}") from error
     if picture.size != calibrated:
         was, now = (f"{columns} x {rows}" for columns, rows in (calibrated, picture.size))
         raise ValueError(f"{name}: the picture is {now}, the rig was calibrated for {was}")

@@ -19,14 +19,16 @@ from vision.calibration.response import measure_response
 POSES = 15
 SHOWN_POSES = 8  # of them, and both registration boards: what the response is measured from
 NOISE_PX = 0.04
-LEVELS = (0.02, 0.9)  # light of the background and of a well exposed bar
 
 
 def drawn_setup(seed, condition, bits=8):
     """A scene whose camera has a response of random shape."""
     setup = set_up(condition, seed)
-    shape = ResponseShape.drawn(np.random.default_rng([seed, 0x5253]))
-    return replace(setup, sensor=replace(setup.sensor, response=shape, bits=bits))
+    return replace(setup, sensor=replace(setup.sensor, response=response_of(seed), bits=bits))
+
+
+def response_of(seed):
+    return ResponseShape.drawn(np.random.default_rng([seed, 0x5253]))
 
 
 @lru_cache(maxsize=1)

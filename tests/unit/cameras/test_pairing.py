@@ -7,13 +7,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from appliance.cameras.pairing import Exposure, Pairing
+from vision.sent_picture import SentPicture
 
 PERIOD_S = 0.1
 
 
 def exposure(number, *, shift_s=0.0, first=0):
     moment_s = number * PERIOD_S + shift_s
-    return Exposure(np.full((1, 1), number, np.uint8), first + number, round(moment_s * 1e6), moment_s, 500.0)
+    return Exposure(
+        SentPicture.of(np.full((1, 1), number, np.uint8)), first + number, round(moment_s * 1e6), moment_s, 500.0
+    )
 
 
 @given(st.permutations([0] * 6 + [1] * 6), st.integers(-50, 50))
