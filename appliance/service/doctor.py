@@ -58,7 +58,16 @@ def examine(config: Path | None) -> Iterator[Check]:
         yield Check("settings", "BAD", str(error))
         return
     yield Check("settings", "good", f"{config or 'the defaults'}")
-    checks: tuple[Callable[[Settings], Check], ...] = (_scale, _cameras, _port, _service, _disk, _cache, _memory)
+    checks: tuple[Callable[[Settings], Check], ...] = (
+        _scale,
+        _cameras,
+        _port,
+        _service,
+        _disk,
+        _history,
+        _cache,
+        _memory,
+    )
     for check in checks:
         yield check(settings)
 
@@ -134,6 +143,13 @@ def _disk(settings: Settings) -> Check:
     if folder is None:
         return Check("disk", "note", "nothing is kept over a restart; see plc.writes and plc.state_directory")
     return _writable("disk", folder, "set points are kept")
+
+
+def _history(settings: Settings) -> Check:
+    folder = settings.history.directory
+    if folder is None:
+        return Check("history", "note", "nothing that is measured is kept; see history.directory")
+    return _writable("history", folder, "what is measured is kept")
 
 
 def _cache(_: Settings) -> Check:

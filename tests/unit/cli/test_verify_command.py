@@ -1,4 +1,4 @@
-"""`hotgauge verify`: verdict, drift, certificate and the row in the history; readings come from a stand-in gauge here."""
+"""`hotgauge verify`: verdict, drift, certificate and the row in the history; most readings are of a stand-in gauge."""
 
 import csv
 import math
@@ -6,10 +6,13 @@ import random
 import statistics
 
 import pytest
+from mill_scenes import write_line
 
 from appliance.cli.main import main
+from appliance.simulation.bars.bars import bar_at
 from appliance.verification import certificate
 from appliance.verification.check import Master, verdict, verify
+from appliance.verification.measure import read_master
 
 
 @pytest.mark.parametrize(
@@ -45,9 +48,8 @@ def test_a_faultless_gauge_passes_and_the_stated_u_of_its_error_holds_in_95_of_1
 
 def test_drift_is_counted_from_the_first_verification_on_a_like_master():
     readings = [100.2, 100.3] * 10
-    assert verify(
-        readings, 0, Master(100.0, 0), 1, [(250.0, 9.0), (100.1, 0.05), (99.9, 0.15)]
-    ).drift_mm == pytest.approx(0.2)
+    earlier = [(250.0, 9.0), (100.1, 0.05), (99.9, 0.15)]
+    assert verify(readings, 0, Master(100.0, 0), 1, earlier).drift_mm == pytest.approx(0.2)
 
 
 def test_too_few_readings_and_no_limit_are_wrong_calls():
@@ -109,3 +111,16 @@ def test_the_certificate_says_what_was_found(verified, tmp_path):
 def test_what_cannot_be_verified_is_refused_in_a_sentence(verified, capsys, more, readings, said):
     assert verified(*more, readings=readings) == 2
     assert said in capsys.readouterr().err
+
+
+def test_the_readings_are_those_of_the_recording(tmp_path):
+    write_line(tmp_path, seed=1, frames=3)
+    done = []
+    diameters, missing, expanded_mm = read_master(
+        tmp_path / "scene", tmp_path / "rig.json", lambda *now: done.append(now)
+    )
+    truth = [bar_at(1, frame).diameter_mm for frame in range(3)]
+    assert diameters == pytest.approx(truth, abs=0.3)
+    assert missing == 0
+    assert 0 < expanded_mm < 1
+    assert len(done) == 3
