@@ -1,4 +1,4 @@
-"""The command verify: the gauge against a bar of known diameter."""
+"""Commands verify and gauge-study: the gauge against a bar of known diameter, and against itself."""
 
 import argparse
 import math
@@ -54,3 +54,26 @@ def _length(text: str) -> float:
     if not 0 <= number < 10_000:
         raise ValueError
     return number
+
+
+def add_gauge_study(command: argparse.ArgumentParser) -> None:
+    columns = "CSV with the columns bar, condition (a place, a day) and diameter_mm"
+    command.add_argument("measurements", type=Path, metavar="FILE", help=columns)
+    command.add_argument("--tolerance", type=_length, metavar="MM", help="whole width of the tolerance")
+
+
+def run_gauge_study(given: argparse.Namespace) -> None:
+    from appliance.verification.gauge_study import gauge_study, read_cells
+
+    found = gauge_study(read_cells(given.measurements))
+    lines = [
+        f"{found.bars} bars, {found.conditions} conditions, {found.trials} trials; standard deviations, AIAG MSA",
+        f"repeatability    EV   {found.repeatability_mm:.4f} mm",
+        f"reproducibility  AV   {found.reproducibility_mm:.4f} mm",
+        f"gauge            GRR  {found.gauge_mm:.4f} mm, {found.percent_of_variation:.1f} % of the variation",
+        f"bars             PV   {found.bars_mm:.4f} mm",
+        f"distinct categories   {found.categories}",
+    ]
+    if given.tolerance:
+        lines.append(f"of the tolerance      {found.percent_of_tolerance(given.tolerance):.1f} % (6 GRR)")
+    sys.stdout.write("\n".join(lines) + "\n")
