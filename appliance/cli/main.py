@@ -8,7 +8,20 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import NoReturn
 
-from appliance.cli import calibrate, computer, fuse, history, measure, orient, plc, serve, simulate, train, verify
+from appliance.cli import (
+    calibrate,
+    certificates,
+    computer,
+    fuse,
+    history,
+    measure,
+    orient,
+    plc,
+    serve,
+    simulate,
+    train,
+    verify,
+)
 from appliance.cli.common import add_config
 from appliance.command_options import CommandError
 from appliance.errors import HotgaugeError
@@ -130,5 +143,10 @@ COMMANDS: dict[str, tuple[_Run, str, _AddArguments]] = {
         computer.add_install,
     ),
     "doctor": (computer.run_doctor, "Check settings, rig, cameras, port, service, disk and memory", add_config),
+    "certificates": (
+        certificates.run_certificates,
+        "Make the certificates of the secure port and of its clients",
+        certificates.add_certificates,
+    ),
     "poll": (plc.run_poll, "Show a gauge's live values, as a PLC reads them", plc.add_poll),
 }
