@@ -14,7 +14,8 @@
     +-- ReferencesError           ingot.reader_setup         no usable references of the ingots' ends
     +-- HistoryError              history.schema             the history cannot be read
     +-- ParquetMissingError       history.export             the library of Parquet files is not installed
-    +-- ReportMissingError        reports.write              a library that makes reports is not installed
+    +-- ReportMissingError        reports.pages              a library that makes pages is not installed
+    +-- StudyError                verification.gauge_study   measurements are no gauge study
     +-- PlcInputsError            conformity.plc_inputs      what the PLC had written cannot be read again
     +-- FusionError               sizing.stereo.fuse_files   two pictures cannot be fused
     +-- PlotsMissingError         sizing.figures             the plotting library is not installed

@@ -8,7 +8,20 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import NoReturn
 
-from appliance.cli import calibrate, certificates, computer, fuse, history, measure, orient, plc, serve, simulate, train
+from appliance.cli import (
+    calibrate,
+    certificates,
+    computer,
+    fuse,
+    history,
+    measure,
+    orient,
+    plc,
+    serve,
+    simulate,
+    train,
+    verify,
+)
 from appliance.cli.common import add_config
 from appliance.command_options import CommandError
 from appliance.errors import HotgaugeError
@@ -116,6 +129,12 @@ COMMANDS: dict[str, tuple[_Run, str, _AddArguments]] = {
     "simulate": (simulate.run_simulate, "Write a recording of the simulated mill, with truth", simulate.add_simulate),
     "export": (history.run_export, "Write what the history keeps of a time to CSV or Parquet", history.add_export),
     "report": (history.run_report, "Write pages about the shifts of a time, as HTML or PDF", history.add_report),
+    "verify": (verify.run_verify, "Verify the gauge against a bar of known diameter", verify.add_verify),
+    "gauge-study": (
+        verify.run_gauge_study,
+        "Repeatability and reproducibility of the gauge from repeated measurements",
+        verify.add_gauge_study,
+    ),
     "train-edges": (train.run_train_edges, "Train the forest that finds edges", train.add_train_edges),
     "registers": (plc.run_registers, "Print the register map", plc.add_registers),
     "install": (

@@ -4,6 +4,7 @@ Each time is two columns: `..._utc` and `..._local`, the latter in this computer
 """
 
 import csv
+import functools
 import importlib
 from collections.abc import Iterable, Iterator
 from datetime import UTC, datetime
@@ -120,15 +121,26 @@ def _groups(table: Table, rows: Iterable[dict[str, Value]]) -> Iterator[list[Exp
 def _times(name: str, utc_ms: Value) -> Exported:
     if utc_ms is None:
         return {f"{name}_utc": None, f"{name}_local": None}
-    when = datetime.fromtimestamp(float(utc_ms) / 1000, tz=UTC)
-    return {f"{name}_utc": when, f"{name}_local": when.astimezone().isoformat(timespec="milliseconds")}
+    when, local = _both_times(float(utc_ms))
+    return {f"{name}_utc": when, f"{name}_local": local}
+
+
+@functools.lru_cache(maxsize=64)  # the run's time stands in every row
+def _both_times(utc_ms: float) -> tuple[datetime, str]:
+    when = datetime.fromtimestamp(utc_ms / 1000, tz=UTC)
+    return when, when.astimezone().isoformat(timespec="milliseconds")
+
+
+@functools.lru_cache(maxsize=1024)  # few combinations occur, and flags are slow to name
+def _reason_names(bits: int) -> str:
+    return ";".join(Reason(bits).names)
 
 
 def _in_words(column: Column, value: float | str) -> float | str | bool:
     if column.kind == "decision":
         return Decision(int(value)).text
     if column.kind == "reasons":
-        return ";".join(Reason(int(value)).names)
+        return _reason_names(int(value))
     return bool(value) if column.kind == "truth" else value
 
 

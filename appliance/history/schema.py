@@ -57,6 +57,14 @@ MIGRATIONS: tuple[str, ...] = (
         PRIMARY KEY (started_utc_ms)
     ) WITHOUT ROWID;
     """,
+    """
+    CREATE TABLE verifications (
+        checked_utc_ms INTEGER, recording TEXT, rig TEXT, rig_sha256 TEXT, who TEXT, master_mm REAL,
+        master_expanded_mm REAL, readings INTEGER, missing INTEGER, mean_mm REAL, error_mm REAL, repeatability_mm REAL,
+        test_expanded_mm REAL, limit_mm REAL, drift_mm REAL, verdict TEXT,
+        PRIMARY KEY (checked_utc_ms, recording)
+    ) WITHOUT ROWID;
+    """,
 )
 """SQL that leads from each version to the next; one that was released never changes."""
 

@@ -196,6 +196,29 @@ CALIBRATIONS = Table(
     ),
 )
 
+VERIFICATIONS = Table(
+    "verifications",
+    "One row for each `hotgauge verify` that was given these settings.",
+    (
+        _time("checked", "moment of the verification"),
+        Column("recording", "text", "", "folder of the recording of the master"),
+        Column("rig", "text", "", "file of the calibration"),
+        Column("rig_sha256", "text", "", "SHA-256 of its content"),
+        Column("who", "text", "", "who verified"),
+        _mm("master", "diameter of the master"),
+        _mm("master_expanded", "its U (k = 2)"),
+        Column("readings", "integer", "", "readings with a value"),
+        Column("missing", "integer", "", "readings without a value"),
+        _mm("mean", "mean of the readings"),
+        _mm("error", "mean minus master"),
+        _mm("repeatability", "standard deviation of one reading"),
+        _mm("test_expanded", "U (k = 2) with which the error is known"),
+        _mm("limit", "permissible error, either way"),
+        _mm("drift", "error minus that of the first verification on a like master; empty without one"),
+        Column("verdict", "text", "", "pass, fail or undecided, after ISO 14253-1"),
+    ),
+)
+
 RUNS = Table(
     "runs",
     "One row for each run of the appliance.",
@@ -206,7 +229,7 @@ RUNS = Table(
     ),
 )
 
-TABLES = (READINGS, BARS, INGOTS, ALARMS, FAULTS, SET_POINT_WRITES, CALIBRATIONS, RUNS)
+TABLES = (READINGS, BARS, INGOTS, ALARMS, FAULTS, SET_POINT_WRITES, CALIBRATIONS, VERIFICATIONS, RUNS)
 
 
 class Row(NamedTuple):

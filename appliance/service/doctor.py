@@ -71,6 +71,7 @@ def examine(config: Path | None) -> Iterator[Check]:
         _secure_port,
         _service,
         _disk,
+        _history,
         _cache,
         _memory,
     )
@@ -159,6 +160,13 @@ def _disk(settings: Settings) -> Check:
     if folder is None:
         return Check("disk", "note", "nothing is kept over a restart; see plc.writes and plc.state_directory")
     return _writable("disk", folder, "set points are kept")
+
+
+def _history(settings: Settings) -> Check:
+    folder = settings.history.directory
+    if folder is None:
+        return Check("history", "note", "nothing that is measured is kept; see history.directory")
+    return _writable("history", folder, "what is measured is kept")
 
 
 def _cache(_: Settings) -> Check:

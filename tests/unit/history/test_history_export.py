@@ -11,6 +11,7 @@ import pytest
 
 from appliance.cli.main import main
 from appliance.history import database, schema
+from appliance.history import export as export_module
 from appliance.history.export import column_kinds, exported
 from appliance.history.read import moment, open_to_read
 from appliance.history.tables import BARS, READINGS, TABLES, Row
@@ -54,6 +55,7 @@ def export(config, output, *, what="readings", start="2026-11-28T21:10Z", end="2
 def in_zone(monkeypatch, zone: str) -> None:
     monkeypatch.setenv("TZ", zone)
     time.tzset()
+    export_module._both_times.cache_clear()
 
 
 def test_csv_has_the_rows_of_the_time_with_both_times_and_with_words(config, tmp_path, monkeypatch):

@@ -1,14 +1,12 @@
 """The history's file survives what disks and power do; who gives it rows never waits."""
 
 import contextlib
-import signal
 import sqlite3
-import subprocess
-import sys
 import time
 from pathlib import Path
 
 import pytest
+from killed_writer import write_and_kill
 from modbus_wire import eventually
 
 from appliance.history import database, schema, writer
@@ -255,37 +253,7 @@ def test_what_an_earlier_run_left_open_ends_when_it_was_last_alive(made, tmp_pat
         )
 
 
-WRITING = """
-import sys
-from pathlib import Path
-from appliance.history import database
-from appliance.history.tables import Row
-connection = database.open_to_write(Path(sys.argv[1]))
-first = int(sys.argv[2])
-for number in range(first, first + 10_000_000, 3):
-    rows = [{"exposed_utc_ms": n, "run_utc_ms": 0, "sequence": n} for n in range(number, number + 3)]
-    database.write(connection, [Row("readings", row) for row in rows])
-    print(number + 2, flush=True)
-"""
-
-
 def test_killed_at_any_moment_every_committed_row_is_there_once(tmp_path):
-    file = tmp_path / database.FILE_NAME
-    told = -1
-    for round_ in range(10):
-        process = subprocess.Popen(
-            [sys.executable, "-c", WRITING, str(file), str(told + 1)], stdout=subprocess.PIPE, text=True
-        )
-        process.stdout.readline()
-        time.sleep(0.013 * round_)
-        process.send_signal(signal.SIGKILL)
-        lines = process.stdout.read().split()
-        process.wait()
-        process.stdout.close()
-        with looking(file) as connection:
-            assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
-            kept = [number for (number,) in connection.execute("SELECT sequence FROM readings ORDER BY sequence")]
-        assert kept == list(range(len(kept))), "a row is missing, or there twice"
-        assert len(kept) % 3 == 0, "part of a transaction is there"
-        assert len(kept) - 1 >= (int(lines[-1]) if lines else told), "a committed row is lost"
-        told = len(kept) - 1
+    for number in range(10):
+        found = write_and_kill(tmp_path / database.FILE_NAME, 0.013 * number)
+        assert found == (found.rows, 0, 0, False, True)

@@ -92,6 +92,7 @@ def test_a_damaged_file_is_a_fault_that_stays_until_somebody_has_seen_it(rehears
     assert list(history.glob("history.damaged-*.db"))
 
 
+@pytest.mark.alone
 def test_a_disk_that_hangs_holds_up_neither_readings_nor_answers(rehearsal, tmp_path, monkeypatch):
     monkeypatch.setattr(database, "write", lambda *_: time.sleep(1.5))
     rehearsal.keep_in(None, tmp_path / "history")
