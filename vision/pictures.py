@@ -8,6 +8,12 @@ from numpy.typing import NDArray
 
 Picture = NDArray[np.uint8]
 
+# Chosen: by how many code values blue exceeds red in a palette's cold colours, or red blue in its hot ones, and from
+# which share of a picture's pixels on.
+BLUE_CODES, BLUE_SHARE = 40, 0.1
+VIOLET_CODES, VIOLET_SHARE = 12, 0.2
+RED_CODES, RED_SHARE = 60, 0.005
+
 
 def check_shape(name: str, picture: NDArray[Any]) -> None:
     """Raise ValueError unless a picture is grey or has three channels, and is not empty.
@@ -57,3 +63,26 @@ def check_picture(name: str, picture: NDArray[Any], image_size: tuple[int, int] 
 def grey(picture: Picture) -> Picture:
     """Grey picture, shape (rows, columns), of a grey or blue-green-red one: 0.299 R + 0.587 G + 0.114 B."""
     return picture if picture.ndim == 2 else np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.uint8)
+
+
+def is_false_colour(picture: Picture) -> bool:
+    """Whether a palette has coloured a picture, as thermal cameras can: from blue, or from violet to red or yellow.
+
+    A palette's code values do not follow light: blue may stand for less than red although it is as bright. A line of
+    hot steel under lamps is never plainly blue over a tenth of a picture.
+
+    Parameters
+    ----------
+    picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+
+    Returns
+    -------
+    bool
+        False for a grey picture.
+    """
+    if picture.ndim == 2:
+        return False
+    bluer = picture[..., 0].astype(np.int16) - picture[..., 2]
+    if np.mean(bluer >= BLUE_CODES) > BLUE_SHARE:
+        return True
+    return bool(np.mean(bluer >= VIOLET_CODES) > VIOLET_SHARE and np.mean(bluer <= -RED_CODES) > RED_SHARE)

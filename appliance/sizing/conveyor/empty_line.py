@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from appliance.cameras.recording.pairs import read_picture
 from appliance.cameras.source import CameraError
 from appliance.sizing.method import ScaleError
+from vision.pictures import is_false_colour
 from vision.readings import SizeReading
 from vision.reasons import Reason
-from vision.sizing.conveyor.barriers import Barriers
+from vision.sizing.conveyor.barriers import LEAST_SIDE_PX, Barriers
 from vision.sizing.conveyor.gauge import ConveyorGauge
 
 Picture = NDArray[np.uint8]
@@ -54,9 +55,15 @@ class TimedConveyorGauge:
     Attributes
     ----------
     name : str
+
+    Raises
+    ------
+    EmptyLineError
+        The pictures are too small for barriers, or a palette has coloured them.
     """
 
     def __init__(self, empty: list[Picture], name: str, make: Callable[[list[Picture]], ConveyorGauge]) -> None:
+        _check_usable(empty[0], name)
         self._empty = empty[0]
         self.name = name
         self._gauge = make(empty)
@@ -103,3 +110,16 @@ class TimedConveyorGauge:
         started_s = time.perf_counter()
         reading = self._gauge.measure(picture)
         return reading, 1000 * (time.perf_counter() - started_s)
+
+
+def _check_usable(picture: Picture, name: str) -> None:
+    rows, columns = picture.shape[:2]
+    if min(rows, columns) < LEAST_SIDE_PX:
+        raise EmptyLineError(
+            f"{name}: pictures of {columns} x {rows} pixels are too small to show barriers; give pictures of at least "
+            f"{LEAST_SIDE_PX} x {LEAST_SIDE_PX}"
+        )
+    if is_false_colour(picture):
+        raise EmptyLineError(
+            f"{name}: a palette has coloured the pictures, and its colours do not follow light; let the camera give grey"
+        )

@@ -26,6 +26,7 @@ Plane = NDArray[np.float32]
 
 SLOPES = np.linspace(-0.7, 0.7, 141)  # of a line, columns per row: 35 degrees to either side of upright
 MOST_NORMAL_ANGLE_RAD = 0.7  # chosen: an upright edge's normal points at most this far away from the rows
+LEAST_SIDE_PX = 32  # rows and columns that the edge detector needs
 MOST_LINES = 12  # chosen: straight edges that are compared, the longest first
 LEAST_LINE_SHARE = 0.2  # chosen: straight edges over fewer of the picture's rows are no barriers
 LINE_DISTANCE_PX = 2.5  # chosen: pixels this near belong to a line; twice that is the mask of algorithm 6
@@ -129,16 +130,18 @@ def find_barriers(light: Plane) -> Barriers | Reason:
     Returns
     -------
     Barriers or Reason
-        `barrier_hidden` when a barrier is not found or shows in less than `LEAST_SHOWN_SHARE` of the rows,
-        `barrier_bent` when one is not straight.
+        `barrier_hidden` when a barrier is not found or shows in less than `LEAST_SHOWN_SHARE` of the rows, or the
+        picture has fewer than `LEAST_SIDE_PX` rows or columns; `barrier_bent` when one is not straight.
 
     Raises
     ------
     ValueError
-        `light` is no grey picture of float32 from 0 to 1 of at least 32 x 32.
+        `light` is no grey picture of float32 from 0 to 1.
     """
     if light.ndim != 2:
         raise ValueError(f"light: a grey picture of shape (rows, columns) wanted, got {light.shape}")
+    if min(light.shape) < LEAST_SIDE_PX:
+        return Reason.BARRIER_HIDDEN
     pair = _inner_pair(_straight_edges(light))
     if pair is None:
         return Reason.BARRIER_HIDDEN
@@ -206,8 +209,8 @@ def _most_voted(row: NDArray[np.int64], column: NDArray[np.int64], shape: tuple[
     best, line = LEAST_LINE_SHARE * rows, None
     for slope in SLOPES:
         start = column - slope * (row - rows / 2)
-        cell = np.clip(start / LINE_DISTANCE_PX, 0, columns / LINE_DISTANCE_PX).astype(np.int64)
-        votes = np.bincount(cell)
+        inside = (start >= 0) & (start < columns)  # a line that crosses the middle row beside the picture is no barrier
+        votes = np.bincount((start[inside] / LINE_DISTANCE_PX).astype(np.int64), minlength=1)
         votes = np.convolve(votes, np.ones(2, dtype=np.int64))  # cell and the one before: no line falls between two
         place = int(np.argmax(votes))
         if votes[place] > best:
