@@ -13,6 +13,7 @@ Picture = NDArray[np.uint8]
 BLUE_CODES, BLUE_SHARE = 40, 0.1
 VIOLET_CODES, VIOLET_SHARE = 12, 0.2
 RED_CODES, RED_SHARE = 60, 0.005
+BOTH_SHARE = 0.02  # of plain blue and of plain red beside each other
 
 
 def check_shape(name: str, picture: NDArray[Any]) -> None:
@@ -83,6 +84,6 @@ def is_false_colour(picture: Picture) -> bool:
     if picture.ndim == 2:
         return False
     bluer = picture[..., 0].astype(np.int16) - picture[..., 2]
-    if np.mean(bluer >= BLUE_CODES) > BLUE_SHARE:
-        return True
-    return bool(np.mean(bluer >= VIOLET_CODES) > VIOLET_SHARE and np.mean(bluer <= -RED_CODES) > RED_SHARE)
+    blue, red = np.mean(bluer >= BLUE_CODES), np.mean(bluer <= -RED_CODES)
+    violet = np.mean(bluer >= VIOLET_CODES) > VIOLET_SHARE and red > RED_SHARE
+    return bool(blue > BLUE_SHARE or violet or (blue > BOTH_SHARE and red > BOTH_SHARE))

@@ -6,10 +6,10 @@ marks, blotches, a chamfer.
 """
 
 import math
+from collections.abc import Callable
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from appliance.simulation.ingots.faces import FACE_CELLS, Label, Rng, flanks, noise, smooth_step, wrinkles
 from appliance.simulation.sensor import Light
@@ -117,7 +117,7 @@ def _bundle(rng: Rng) -> Light:
     return _strokes(rng, int(rng.integers(4, 18)), lambda: turn + rng.normal(0, 0.06), rng.uniform(0.04, 0.2))
 
 
-def _strokes(rng: Rng, number: int, turn, depth: float) -> Light:
+def _strokes(rng: Rng, number: int, turn: Callable[[], float], depth: float) -> Light:
     light = np.ones(SHAPE, np.float32)
     for _ in range(number):
         stroke, angle = np.zeros(SHAPE, np.float32), turn()
@@ -153,7 +153,7 @@ def _chamfer(rng: Rng) -> Light:
 def _slope(rng: Rng) -> Light:
     """Light that falls off to one side, as where a lamp's glare lies on the end or one side cooled."""
     turn = rng.uniform(0, 2 * np.pi)
-    place: NDArray[np.float32] = _x * np.float32(np.cos(turn)) + _y * np.float32(np.sin(turn))
+    place = (_x * np.cos(turn) + _y * np.sin(turn)).astype(np.float32)
     if rng.random() < 0.5:
         return 1 + np.float32(rng.uniform(0, 0.2)) * place
     soft = np.float32(rng.uniform(0.05, 0.4))

@@ -121,5 +121,5 @@ def _check_usable(picture: Picture, name: str) -> None:
         )
     if is_false_colour(picture):
         raise EmptyLineError(
-            f"{name}: a palette has coloured the pictures, and its colours do not follow light; let the camera give grey"
+            f"{name}: a palette has coloured the pictures, and colours do not follow light; let the camera give grey"
         )
