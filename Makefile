@@ -8,7 +8,7 @@ SHELL := /bin/bash
 VENV := .venv
 BIN := $(VENV)/bin
 CONTRIB := .venv-contrib
-TEST_PATH := tests:tests/kit/clients:tests/kit/comparisons:tests/kit/pictures:tests/kit/stations  # as pytest's in pyproject.toml
+TEST_PATH := tests:tests/kit/cameras:tests/kit/clients:tests/kit/comparisons:tests/kit/pictures:tests/kit/stations  # as pytest's in pyproject.toml
 IN_TWO_PROCESSES := --numprocesses=2 --dist=loadfile
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
@@ -52,6 +52,7 @@ bench: $(VENV)/installed-dev $(CONTRIB)/installed
 	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/edges.py
 	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/fusion.py
 	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/ingot.py
+	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/history_week.py
 
 figures: $(VENV)/installed-dev
 	$(BIN)/python docs/figures
@@ -60,8 +61,13 @@ tables: $(VENV)/installed-dev
 	$(BIN)/python docs/tables
 
 # mbpoll is a Modbus client that nobody here wrote; the tests read the appliance with it. They also build
-# systemd-python, have systemd check the unit, and boot it in a container
-DEBIAN_PACKAGES := mbpoll libsystemd-dev pkg-config gcc systemd systemd-container
+# systemd-python, have systemd check the unit, and boot it in a container. GStreamer's RTSP server and Aravis' fake
+# camera are the network cameras of the tests; PyGObject is built to speak to both. Reports need Pango, and their tests
+# look at their pages
+DEBIAN_PACKAGES := mbpoll libsystemd-dev pkg-config gcc systemd systemd-container \
+	gir1.2-gst-rtsp-server-1.0 gstreamer1.0-plugins-base gstreamer1.0-plugins-good gstreamer1.0-plugins-bad \
+	gstreamer1.0-plugins-ugly gir1.2-aravis-0.8 aravis-tools libgirepository1.0-dev libcairo2-dev \
+	libpangoft2-1.0-0 libharfbuzz-subset0 poppler-utils
 packages:
 	@if dpkg-query -W $(DEBIAN_PACKAGES) > /dev/null 2>&1; then exit 0; fi; \
 	if [ "$$(id -u)" = 0 ]; then as_root=(); \
@@ -79,7 +85,7 @@ $(VENV)/installed-dev: $(BIN)/python pyproject.toml constraints.txt
 	@touch $@ $(VENV)/installed
 
 $(VENV)/installed-systemd: $(VENV)/installed-dev | packages
-	$(PIP_INSTALL) -e '.[systemd]'
+	$(PIP_INSTALL) -e '.[systemd,genicam]'
 	@touch $@
 
 # OpenCV's own structured forest is in the contrib wheel, which must never share an environment with the plain one

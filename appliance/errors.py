@@ -12,6 +12,9 @@
     |   +-- RigError              sizing.stereo.rig_file     no usable rig file
     |   +-- EmptyLineError        sizing.conveyor.empty_line no usable picture of the empty line
     +-- ReferencesError           ingot.reader_setup         no usable references of the ingots' ends
+    +-- HistoryError              history.schema             the history cannot be read
+    +-- ParquetMissingError       history.export             the library of Parquet files is not installed
+    +-- ReportMissingError        reports.write              a library that makes reports is not installed
     +-- PlcInputsError            conformity.plc_inputs      what the PLC had written cannot be read again
     +-- FusionError               sizing.stereo.fuse_files   two pictures cannot be fused
     +-- PlotsMissingError         sizing.figures             the plotting library is not installed

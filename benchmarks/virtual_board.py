@@ -28,7 +28,9 @@ def stages_ms(gauge, left, right, took):
     images = (left, right)
     outlines = stage(
         "rough outlines",
-        lambda: tuple(grid.bars(image, gauge._decode)[0] for grid, image in zip(gauge._grids, images, strict=True)),
+        lambda: tuple(
+            grid.bars(image, gauge._decoder.shown)[0] for grid, image in zip(gauge._grids, images, strict=True)
+        ),
     )
     regions = stage("turned regions", lambda: gauge._regions(images, outlines))
     edges = stage("edges", lambda: [gauge._view_edges(r, o) for r, o in zip(regions, outlines, strict=True)])

@@ -1,6 +1,5 @@
 """A PLC in miniature: reads and writes the gauge as a mill's PLC does, for commissioning and for tests."""
 
-import logging
 import struct
 import time
 from collections.abc import Callable, Mapping
@@ -16,8 +15,6 @@ from plc.process_image import encode_set_points
 from plc.registers import COMMANDS, REGISTERS, SET_POINTS
 from plc.rows import WordOrder, select
 
-# PollError says it in one sentence; without a handler the library would print its own beside it
-logging.getLogger("pymodbus").addHandler(logging.NullHandler())
 _HEARTBEAT_WITHIN_S = 1.0
 _SET_POINTS = {row.name: row for row in select(REGISTERS, "holding", "rw")}
 

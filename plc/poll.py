@@ -1,5 +1,6 @@
 """Reads a gauge as a PLC does, on pymodbus, and shows what it read in words."""
 
+import logging
 import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -14,6 +15,8 @@ from plc.process_image import decode, decode_discretes
 from plc.registers import DISCRETES, MEASUREMENTS, REGISTERS
 from plc.rows import WordOrder, select
 
+# PollError says it in one sentence; without a handler the library would print its own beside it
+logging.getLogger("pymodbus").addHandler(logging.NullHandler())
 ANSWER_WITHIN_S = 2.0
 _ALARMS = [row for row in select(REGISTERS, "coil", "r") if not row.spare]
 _UNITS = {row.name: row.unit for row in REGISTERS}

@@ -1,4 +1,16 @@
-"""The process image of one moment: values to words, and words that a client has read to values."""
+"""The process image of one moment: values to words, and words that a client has read to values.
+
+Examples
+--------
+A diameter in millimetres and back; a value that was not given is "no value", None:
+
+>>> import struct
+>>> image = encode({"diameter": 101.25, "validity": 1})
+>>> words = struct.unpack(f">{len(image.words) // 2}H", image.words)
+>>> values = decode(words)
+>>> values["diameter"], values["validity"], values["deviation"]
+(101.25, 1, None)
+"""
 
 import math
 import struct

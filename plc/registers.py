@@ -4,6 +4,14 @@ Every measurement stands in one block of words, at the same addresses in input a
 do the rings of the last readings and ingots. Set points and command coils belong to the PLC and are never part
 of a published image. The map only grows: an address or a bit never changes its meaning, and new values take
 the place of spare words.
+
+Examples
+--------
+A set point as the PLC writes it, in hundredths of a millimetre:
+
+>>> target = next(row for row in REGISTERS if row.name == "target_diameter")
+>>> target.address, target.to_raw(100.5), target.to_value(10050)
+(200, 10050, 100.5)
 """
 
 from plc.codes import Decision, DeviceState, Orientation, Validity

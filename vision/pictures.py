@@ -8,12 +8,8 @@ from numpy.typing import NDArray
 
 Picture = NDArray[np.uint8]
 
-# Chosen: by how many code values blue exceeds red in a palette's cold colours, or red blue in its hot ones, and from
-# which share of a picture's pixels on.
-BLUE_CODES, BLUE_SHARE = 40, 0.1
-VIOLET_CODES, VIOLET_SHARE = 12, 0.2
-RED_CODES, RED_SHARE = 60, 0.005
-BOTH_SHARE = 0.02  # of plain blue and of plain red beside each other
+COLOURED_RANGE, COLOURED_SHARE = 40, 0.1  # chosen: a tenth of the pixels, channels 40 codes apart: not nearly grey
+LEAST_CORRELATION = 0.5  # chosen: channels of a scene's light rise together, those of a palette take turns
 
 
 def check_shape(name: str, picture: NDArray[Any]) -> None:
@@ -67,23 +63,21 @@ def grey(picture: Picture) -> Picture:
 
 
 def is_false_colour(picture: Picture) -> bool:
-    """Whether a palette has coloured a picture, as thermal cameras can: from blue, or from violet to red or yellow.
+    """Whether a picture's colours are a palette's, as thermal cameras make them of one value a pixel.
 
-    A palette's code values do not follow light: blue may stand for less than red although it is as bright. A line of
-    hot steel under lamps is never plainly blue over a tenth of a picture.
+    Light that grows makes all channels brighter. A palette lets channels rise and fall in turn, so that some two of
+    them do not go together over the picture.
 
     Parameters
     ----------
     picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
-
-    Returns
-    -------
-    bool
-        False for a grey picture.
     """
     if picture.ndim == 2:
         return False
-    bluer = picture[..., 0].astype(np.int16) - picture[..., 2]
-    blue, red = np.mean(bluer >= BLUE_CODES), np.mean(bluer <= -RED_CODES)
-    violet = np.mean(bluer >= VIOLET_CODES) > VIOLET_SHARE and red > RED_SHARE
-    return bool(blue > BLUE_SHARE or violet or (blue > BOTH_SHARE and red > BOTH_SHARE))
+    some = picture[::4, ::4].reshape(-1, 3).astype(np.float64)
+    coloured = np.ptp(some, axis=1) > COLOURED_RANGE
+    if np.mean(coloured) < COLOURED_SHARE:
+        return False
+    spread = some.std(axis=0) > 1.0
+    correlation = np.corrcoef(some[:, spread].T) if spread.sum() > 1 else np.ones((1, 1))
+    return bool(np.min(correlation) < LEAST_CORRELATION)

@@ -1,76 +1,79 @@
-"""Keeps the bar's edges from being overexposed or lost in the dark: advice, and slow control where cameras allow it.
+"""Reports edges of the bar that are overexposed or too dark, and adjusts the exposure of cameras that allow it.
 
-An overexposed edge moves outwards, a dark one drowns in noise. Exposure is changed in small steps and seldom, so that
-a bar that passes for a moment, or a gap between bars, changes nothing.
+An overexposed edge moves outwards, by 0.4 to 0.7 mm when red is clipped four times over (docs/guides/cameras.md); a
+dark edge is noisy. Exposure changes by one step after `after_s` of trouble, so that neither a single bar nor a gap
+between bars changes it.
 """
 
 import math
 from typing import NamedTuple
 
 from appliance.cameras.settings import ExposureSettings
+from appliance.diagnostics.persistence import Persistence
 
-DARKER, BRIGHTER = 0.8, 1.25  # one step of exposure
+TROUBLES = ("exposure_high", "exposure_low")
+DARKER_FACTOR, BRIGHTER_FACTOR = 0.8, 1.25  # chosen: one step of exposure time, up and down by the same ratio
 
 
 class Advice(NamedTuple):
-    """What to do about the exposure.
+    """New exposure time, or the faults of the present one.
 
     Attributes
     ----------
     exposure_us : float
-        Exposure that the cameras are to be set to now; NaN to leave it.
+        Exposure time to set now, µs; NaN: leave it.
     faults : dict of str to str
-        Faults that are there now, by name, with what exactly is wrong.
+        Active faults by name, each with its detail.
     """
 
     exposure_us: float
     faults: dict[str, str]
 
 
-NOTHING = Advice(math.nan, {})
+NO_ADVICE = Advice(math.nan, {})
 
 
 class ExposureGuard:
-    """Watches the light along the bar's edges.
+    """Judges the light along the bar's edges over time.
 
     Parameters
     ----------
     settings : ExposureSettings
     adjustable : bool
-        Whether the cameras take a new exposure while they run.
+        Whether the exposure time can be set while the cameras run.
     """
 
     def __init__(self, settings: ExposureSettings, *, adjustable: bool) -> None:
         self._settings = settings
         self._control = settings.control and adjustable
-        self._trouble = ""
-        self._since_s = 0.0
+        self._persistence = {trouble: Persistence(settings.after_s) for trouble in TROUBLES}
 
-    def look(self, clipped_share: float, light: float, exposure_us: float, now_s: float) -> Advice:
+    def advise(self, clipped_share: float, light: float, exposure_us: float, now_s: float) -> Advice:
         """Judge the edges of one bar.
 
         Parameters
         ----------
         clipped_share : float
-            Largest share of a limb's points that is overexposed; NaN without a bar, which tells nothing.
+            Largest share of a limb's points that is overexposed; NaN without a bar, which changes nothing.
         light : float
-            Light of the bar beside its darkest limb, over full scale; NaN without a bar.
+            Light of the bar beside its darkest limb, as a share of full scale; NaN without a bar.
         exposure_us : float
-            Exposure time of these pictures; NaN where it is not known and cannot be set.
+            Exposure time of these pictures; NaN if it is unknown, and then it is not set.
         now_s : float
             Monotonic time.
         """
         if math.isnan(clipped_share):
-            return NOTHING
+            return NO_ADVICE
         trouble = self._trouble_of(clipped_share, light)
-        if trouble != self._trouble:
-            self._trouble, self._since_s = trouble, now_s
-        if not trouble or now_s - self._since_s < self._settings.after_s:
-            return NOTHING
-        step = DARKER if trouble == "exposure_high" else BRIGHTER
+        for name, persistence in self._persistence.items():
+            persistence.add(now_s, there=name == trouble)
+        if not trouble or not self._persistence[trouble].lasts:
+            return NO_ADVICE
+        step = DARKER_FACTOR if trouble == "exposure_high" else BRIGHTER_FACTOR
         wanted_us = min(max(exposure_us * step, self._settings.shortest_us), self._settings.longest_us)
-        if self._control and abs(wanted_us - exposure_us) >= 1:  # not so when it is not known
-            self._since_s = now_s  # the next step waits as long
+        # an exposure outside the bounds may not be stepped the wrong way to reach them; false for NaN: unknown
+        if self._control and (wanted_us - exposure_us) * (step - 1) > 0 and abs(wanted_us - exposure_us) >= 1:
+            self._persistence[trouble].reset()  # the next step waits for after_s again
             return Advice(wanted_us, {})
         return Advice(math.nan, {trouble: self._sentence(clipped_share, light, exposure_us, step)})
 

@@ -4,16 +4,22 @@ from typing import Annotated
 
 from pydantic import Field
 
+from appliance.cameras.genicam.settings import GenicamCamera, GenicamPictures
 from appliance.cameras.oak.settings import OakCamera, OakPictures
 from appliance.cameras.off.settings import NoCamera
 from appliance.cameras.recording.settings import RecordedPictures, RecordingCamera
 from appliance.cameras.simulated.settings import MillCamera, MillPictures, MillThermal
 from appliance.cameras.stream.settings import StreamCamera, StreamPictures
 
-StereoCamera = Annotated[MillCamera | RecordingCamera | OakCamera | StreamCamera, Field(discriminator="kind")]
-
-IngotCamera = Annotated[
-    NoCamera | MillPictures | RecordedPictures | OakPictures | StreamPictures, Field(discriminator="kind")
+StereoCamera = Annotated[
+    MillCamera | RecordingCamera | OakCamera | StreamCamera | GenicamCamera, Field(discriminator="kind")
 ]
 
-ConveyorCamera = Annotated[MillThermal | RecordedPictures | OakPictures | StreamPictures, Field(discriminator="kind")]
+IngotCamera = Annotated[
+    NoCamera | MillPictures | RecordedPictures | OakPictures | StreamPictures | GenicamPictures,
+    Field(discriminator="kind"),
+]
+
+ConveyorCamera = Annotated[
+    MillThermal | RecordedPictures | OakPictures | StreamPictures | GenicamPictures, Field(discriminator="kind")
+]

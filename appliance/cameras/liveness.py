@@ -1,12 +1,12 @@
-"""Whether the pictures of a source show the line as it is now. Pure: the moment is given, nothing is waited for.
+"""Judges whether the pictures of a camera show the line as it is now. Pure: the caller gives the moment.
 
-A picture counts only when it cannot be the one before: its content differs, and its device time stamp is later. What
-does not count is not measured, so no reading is younger than what it shows. Only differences of monotonic moments and
-of device time stamps are looked at; the wall clock may be set at any time.
+A picture counts if its content differs from the one before and its device time stamp is later. Only pictures that
+count are measured, so a reading is never younger than the light it was made of. Only differences of monotonic moments
+and of device time stamps are compared; setting the wall clock changes nothing.
 
-Pictures of a recording or of the simulated mill are numbered by us: their first counts at once, and the same picture
-again in another lap of a loop is no frozen camera, for the source says so (`Exposure.repeated`). A recording that
-holds frozen, blank or out-of-step pictures is treated like the camera that made it.
+Pictures of a recording or of the simulated mill are numbered by the appliance: the first one counts at once, and the
+same picture in the next lap of a loop (`Exposure.repeated`) is no frozen camera. A recording with frozen, blank or
+out-of-step pictures is judged like the camera that made it.
 """
 
 from typing import NamedTuple, Self
@@ -20,27 +20,29 @@ from appliance.cameras.source import Frame, FramePair
 Picture = NDArray[np.uint8]
 
 SIDES = ("left", "right")
-FUTURE_S = 0.05  # an exposure that is said to be later than now by more than this
-SAMPLE_STEP = 16  # pixels between those that are looked at first
-ODD_SHARE = 0.001  # of the pixels of a blank picture may differ from the others, as hot pixels do
-RATE_WINDOW_S = 5.0
+CLOCK_TOLERANCE_S = 0.05  # chosen: an exposure further in the future than this shows a wrong camera clock
+SAMPLE_STEP = (
+    16  # chosen, pixels: every 16th row is compared before the whole picture; every 16th pixel tests for blank
+)
+HOT_PIXEL_SHARE = 0.001  # chosen: a picture stays blank if fewer of its pixels differ from the median, as hot pixels do
+RATE_WINDOW_S = 5.0  # chosen: rate and losses are judged once in this time
 
 
 class Exposure(NamedTuple):
-    """What one exposure of one camera or of two gave.
+    """Pictures, time stamps and counts of one exposure of one camera or of two.
 
     Attributes
     ----------
     pictures : tuple of ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
         One for each camera, left first.
     device_us : tuple of int
-        Device time stamps, µs, on one clock for all cameras; as many, or none where the source has none.
+        Device time stamps, µs, on one clock for all cameras, one for each picture; empty if the camera has none.
     exposed_monotonic_s : float
-        Moment of exposure.
+        Moment of exposure on the monotonic clock.
     dropped : int
-        Exposures discarded since the source was opened.
+        Exposures discarded since the camera was opened.
     repeated : bool
-        Whether the source knows that it shows the same stored pictures again.
+        Whether a recording shows the same stored pictures as before.
     """
 
     pictures: tuple[Picture, ...]
@@ -50,8 +52,8 @@ class Exposure(NamedTuple):
     repeated: bool
 
     @classmethod
-    def of(cls, exposed: FramePair | Frame) -> Self:
-        """The exposure that a pair is, or a picture of a single camera."""
+    def from_source(cls, exposed: FramePair | Frame) -> Self:
+        """Take over a pair, or a frame of a single camera."""
         if isinstance(exposed, FramePair):
             pictures, stamps = (exposed.left, exposed.right), (exposed.left_us, exposed.right_us)
         else:
@@ -61,17 +63,17 @@ class Exposure(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """What is to be thought of an exposure.
+    """Judgement of one exposure, or of its absence.
 
     Attributes
     ----------
     counts : bool
         Whether it may be measured.
     faults : dict of str to str
-        Faults that are there now, by name, with what exactly is wrong. With an exposure that counts, only those
-        that leave its value standing.
+        Active faults by name, each with its detail. For an exposure that counts these are `pairs_slow` and
+        `pairs_dropped`, with which its value is still served.
     lost_s : float
-        Time since the last exposure that counted.
+        Time since the last exposure that counted, seconds.
     """
 
     counts: bool
@@ -80,26 +82,26 @@ class Verdict(NamedTuple):
 
 
 class Trouble(NamedTuple):
-    """Why an exposure does not count: the fault that this becomes when it lasts (empty for none), and what is wrong."""
+    """Why an exposure does not count: the fault after `lost_after_ms` (empty: none), and its detail."""
 
     fault: str
     detail: str
 
 
-UNCONFIRMED = Trouble("", "the first picture, with which the next one is compared")
+UNCONFIRMED_PICTURE = Trouble("", "the first picture, with which the next one is compared")
 NO_PICTURE = Trouble("camera_lost", "no picture")
 
 
 class Liveness:
-    """Looks at every exposure of a source from its opening on.
+    """Judges every exposure of a camera from its opening on.
 
     Parameters
     ----------
     settings : LivenessSettings
     opened_s : float
-        Moment (monotonic) from which pictures can come.
+        Monotonic moment at which the camera was opened.
     numbered : bool
-        Whether the pictures are numbered by us (recording, mill), so that the first one counts.
+        Whether the appliance numbers the pictures (recording, mill), so that the first one counts.
     """
 
     def __init__(self, settings: LivenessSettings, opened_s: float, *, numbered: bool) -> None:
@@ -110,14 +112,15 @@ class Liveness:
         self._trouble = NO_PICTURE
         self._rate = _Rate(settings, opened_s)
 
-    def look(self, exposure: Exposure | None, now_s: float) -> Verdict:
-        """Judge the newest exposure, or that there is none.
+    def judge(self, exposure: Exposure | None, now_s: float) -> Verdict:
+        """Judge the newest exposure, or its absence.
 
         Parameters
         ----------
         exposure : Exposure or None
+            None if none came in time.
         now_s : float
-            Monotonic time, not earlier than the one before.
+            Monotonic time, not earlier than in the call before.
         """
         if exposure is not None:
             trouble = self._trouble_of(exposure, now_s)
@@ -125,7 +128,7 @@ class Liveness:
             self._seen_s = now_s
             if trouble is None:
                 self._counted_s = now_s
-                return Verdict(counts=True, faults=self._rate.take(exposure, now_s), lost_s=0.0)
+                return Verdict(counts=True, faults=self._rate.add(exposure, now_s), lost_s=0.0)
             self._trouble = trouble
         elif self._is_long(now_s - self._seen_s):
             self._trouble = NO_PICTURE
@@ -144,7 +147,7 @@ class Liveness:
         blank = _blank(exposure, self._settings.blank_level)
         future = _future(exposure, now_s)
         if self._before is None:
-            return future or apart or blank or (None if self._numbered else UNCONFIRMED)
+            return future or apart or blank or (None if self._numbered else UNCONFIRMED_PICTURE)
         return (
             _size_changed(exposure, self._before)
             or future
@@ -164,7 +167,7 @@ def _size_changed(exposure: Exposure, before: Exposure) -> Trouble | None:
 
 
 def _future(exposure: Exposure, now_s: float) -> Trouble | None:
-    if exposure.exposed_monotonic_s > now_s + FUTURE_S:
+    if exposure.exposed_monotonic_s > now_s + CLOCK_TOLERANCE_S:
         return Trouble("camera_clock_wrong", "the moment of exposure is later than now")
     return None
 
@@ -191,7 +194,7 @@ def _blank(exposure: Exposure, level: int) -> Trouble | None:
     for side, picture in zip(SIDES, exposure.pictures, strict=False):
         sample = picture[::SAMPLE_STEP, ::SAMPLE_STEP].astype(np.int16)
         middle = np.median(sample, axis=(0, 1))
-        if np.mean(np.abs(sample - middle) > level) < ODD_SHARE:
+        if np.mean(np.abs(sample - middle) > level) < HOT_PIXEL_SHARE:
             return Trouble("picture_blank", f"the {side} camera's picture is {np.mean(middle):.0f} all over")
     return None
 
@@ -200,39 +203,39 @@ def _frozen(exposure: Exposure, before: Exposure) -> Trouble | None:
     if exposure.repeated:
         return None
     for side, picture, earlier in zip(SIDES, exposure.pictures, before.pictures, strict=False):
-        # pictures that differ nearly always do so in the sample, which spares reading all of them
+        # the sample already differs in nearly all live pictures, so the whole is rarely compared
         if np.array_equal(picture[::SAMPLE_STEP], earlier[::SAMPLE_STEP]) and np.array_equal(picture, earlier):
             return Trouble("camera_frozen", f"the {side} camera's picture does not change")
     return None
 
 
 class _Rate:
-    """Rate and losses of the exposures that count, judged over one stretch of time after the other."""
+    """Rate and losses of the exposures that count, judged in windows of RATE_WINDOW_S, one after the other."""
 
     def __init__(self, settings: LivenessSettings, opened_s: float) -> None:
         self._settings = settings
         self._faults: dict[str, str] = {}
         self._begin(opened_s, dropped=0)
 
-    def take(self, exposure: Exposure, now_s: float) -> dict[str, str]:
-        """Faults of the last whole stretch of time."""
-        self._taken += 1
+    def add(self, exposure: Exposure, now_s: float) -> dict[str, str]:
+        """Count an exposure and return the faults of the last complete window."""
+        self._count += 1
         elapsed_s = now_s - self._began_s
         if elapsed_s >= RATE_WINDOW_S:
-            self._faults = self._judge(1000 * elapsed_s / self._taken, exposure.dropped - self._dropped)
+            self._faults = self._judge(1000 * elapsed_s / self._count, exposure.dropped - self._dropped)
             self._begin(now_s, exposure.dropped)
         return dict(self._faults)
 
     def _begin(self, now_s: float, dropped: int) -> None:
         self._began_s = now_s
         self._dropped = dropped
-        self._taken = 0
+        self._count = 0
 
     def _judge(self, interval_ms: float, dropped: int) -> dict[str, str]:
         faults: dict[str, str] = {}
         if interval_ms > self._settings.interval_max_ms:
             faults["pairs_slow"] = f"one every {interval_ms:.0f} ms, wanted {self._settings.interval_max_ms} at most"
-        lost_percent = 100 * dropped / (dropped + self._taken)
+        lost_percent = 100 * dropped / (dropped + self._count)
         if lost_percent > self._settings.dropped_max_percent:
             faults["pairs_dropped"] = f"{lost_percent:.0f} % lost, {self._settings.dropped_max_percent:g} % at most"
         return faults

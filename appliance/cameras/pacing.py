@@ -1,13 +1,13 @@
-"""When the next image pair of a source that is not a camera is due."""
+"""Moments at which a recording or a simulation delivers its next frame."""
 
 import time
 from collections.abc import Callable
 
-RATE_OF_STAMPS_HZ = 25.0
+STAMP_RATE_HZ = 25.0  # chosen: rate of the device time stamps of a source without a rate
 
 
 class Pacer:
-    """Counts exposures at a rate, as a camera would: the newest counts, older ones are dropped.
+    """Delivers frame numbers at a rate, as a camera does: only the newest due one, older ones are dropped.
 
     Parameters
     ----------
@@ -16,10 +16,15 @@ class Pacer:
     clock, sleep : callable
         Monotonic clock and sleep, both in seconds.
 
+    Raises
+    ------
+    ValueError
+        The rate is negative.
+
     Attributes
     ----------
     dropped : int
-        Exposures that nobody took before a newer one was due.
+        Exposures that were not delivered before a newer one was due.
     """
 
     def __init__(
@@ -37,19 +42,27 @@ class Pacer:
         self._next = 0
         self.dropped = 0
 
-    def take(self, timeout_s: float) -> tuple[int, float] | None:
-        """Number and moment (clock, seconds) of the newest exposure not taken yet.
+    def next_due(self, timeout_s: float) -> tuple[int, float] | None:
+        """Wait for the next exposure to be due.
 
-        Waits at most `timeout_s`; None when none is due by then.
+        Parameters
+        ----------
+        timeout_s : float
+            Longest wait, seconds.
+
+        Returns
+        -------
+        tuple of int and float, or None
+            Number of the newest exposure that is due and its moment on the clock, seconds; None if none is due in time.
         """
         if self._rate_hz == 0:
-            return self._taken(self._next, self._clock())
+            return self._deliver(self._next, self._clock())
         if not self._wait_until(self._moment(self._next), timeout_s):
             return None
         newest = max(self._next, int((self._clock() - self._start_s) * self._rate_hz))
-        return self._taken(newest, self._moment(newest))
+        return self._deliver(newest, self._moment(newest))
 
-    def _taken(self, number: int, moment_s: float) -> tuple[int, float]:
+    def _deliver(self, number: int, moment_s: float) -> tuple[int, float]:
         self.dropped += number - self._next
         self._next = number + 1
         return number, moment_s
@@ -65,8 +78,16 @@ class Pacer:
 
 
 def device_us(number: int, rate_hz: float) -> int:
-    """Time stamp, µs, that a steady device clock gives an exposure; without a rate as if there were 25 a second."""
-    return round(number * 1e6 / (rate_hz or RATE_OF_STAMPS_HZ))
+    """Time stamp of an exposure on a steady device clock, µs.
+
+    Parameters
+    ----------
+    number : int
+        Of the exposure, from 0.
+    rate_hz : float
+        Exposures per second; 0 counts as STAMP_RATE_HZ.
+    """
+    return round(number * 1e6 / (rate_hz or STAMP_RATE_HZ))
 
 
 def utc_ms(monotonic_s: float) -> int:

@@ -1,16 +1,14 @@
-"""Which left and which right picture belong to the same exposure."""
+"""Pairs left and right pictures of the same exposure."""
 
 import math
 from collections import deque
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
 from appliance.cameras.pacing import utc_ms
 from appliance.cameras.source import FramePair
+from vision.sent_picture import SentPicture
 
-KEPT = 8  # pictures of a camera that wait for their partner; older ones have lost it
+LARGEST_QUEUE = 8  # chosen: pictures of one camera that wait for a partner; the oldest is discarded
 
 
 class Exposure(NamedTuple):
@@ -18,7 +16,7 @@ class Exposure(NamedTuple):
 
     Attributes
     ----------
-    picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+    picture : SentPicture
     sequence : int
         Number that the camera gave it.
     device_us : int
@@ -29,7 +27,7 @@ class Exposure(NamedTuple):
         Exposure time; NaN where the camera cannot say.
     """
 
-    picture: NDArray[np.uint8]
+    picture: SentPicture
     sequence: int
     device_us: int
     exposed_monotonic_s: float
@@ -37,18 +35,18 @@ class Exposure(NamedTuple):
 
 
 class Pairing:
-    """Pairs the pictures of two cameras; only the newest pair counts.
+    """Pairs the pictures of two cameras; only the newest pair is delivered.
 
-    Sensors that count their exposures together are paired by number, others by the nearest moment. Pictures that are
-    too far apart are paired all the same, once no nearer partner can come: whether a pair is in step is judged by
-    who gets it.
+    Sensors that count their exposures together are paired by number, others by the nearest moment. Pictures further
+    apart than `in_step_s` are paired too, once no nearer partner can come; `liveness` rejects a pair that is out of
+    step.
 
     Parameters
     ----------
     in_step_s : float
-        Pictures that are no further apart belong together at once.
+        Pictures no further apart than this, seconds, are paired at once.
     same_sequence : bool
-        Whether both cameras count their exposures together, as two sensors of one device do.
+        Whether both cameras number their exposures together, as two sensors of one device do.
 
     Attributes
     ----------
@@ -59,7 +57,10 @@ class Pairing:
     def __init__(self, in_step_s: float, *, same_sequence: bool) -> None:
         self._in_step_s = in_step_s
         self._same_sequence = same_sequence
-        self._waiting: tuple[deque[Exposure], deque[Exposure]] = (deque(maxlen=KEPT), deque(maxlen=KEPT))
+        self._waiting: tuple[deque[Exposure], deque[Exposure]] = (
+            deque(maxlen=LARGEST_QUEUE),
+            deque(maxlen=LARGEST_QUEUE),
+        )
         self._first: int | None = None
         self._last = -1
         self.dropped = 0
@@ -71,11 +72,18 @@ class Pairing:
         return int(right < left)
 
     def add(self, side: int, exposure: Exposure) -> None:
-        """Take a picture of the left (0) or right (1) camera."""
+        """Queue a picture for pairing.
+
+        Parameters
+        ----------
+        side : int
+            Camera: 0 left, 1 right.
+        exposure : Exposure
+        """
         self._waiting[side].append(exposure)
 
-    def take(self) -> FramePair | None:
-        """Newest pair that is complete, and forget all that is older; None without one."""
+    def newest_pair(self) -> FramePair | None:
+        """Remove and return the newest complete pair, and discard older pictures; None without a pair."""
         for left in reversed(self._waiting[0]):
             right = self._same_number(left) if self._same_sequence else self._nearest(left)
             if right is not None:
@@ -102,8 +110,8 @@ class Pairing:
         self.dropped += number - self._last - 1
         self._last = number
         return FramePair(
-            left.picture,
-            right.picture,
+            left.picture.shown,
+            right.picture.shown,
             sequence=number,
             left_us=left.device_us,
             right_us=right.device_us,
@@ -111,6 +119,7 @@ class Pairing:
             exposed_utc_ms=utc_ms(left.exposed_monotonic_s),
             exposure_us=left.exposure_us,
             dropped=self.dropped,
+            sent=(left.picture, right.picture),
         )
 
 

@@ -1,6 +1,6 @@
 """Settings of the trust in pictures and of their exposure, whichever kind of camera takes them."""
 
-from pydantic import Field
+from pydantic import Field, ValidationInfo, field_validator
 
 from appliance.settings.section import Section, unit
 
@@ -78,3 +78,11 @@ class ExposureSettings(Section):
     longest_us: float = Field(
         default=2000.0, ge=1, le=33000, description="Longest exposure that control sets", json_schema_extra=unit("µs")
     )
+
+    @field_validator("longest_us")
+    @classmethod
+    def _not_below_shortest(cls, longest_us: float, info: ValidationInfo) -> float:
+        shortest_us = info.data.get("shortest_us", longest_us)
+        if longest_us < shortest_us:
+            raise ValueError(f"it is below shortest_us = {shortest_us:g}")
+        return longest_us

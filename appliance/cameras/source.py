@@ -1,4 +1,4 @@
-"""The one protocol behind which every camera, recording and simulation stands."""
+"""Protocols of all cameras, recordings and simulations, their frames, and their error."""
 
 from dataclasses import dataclass, field
 from typing import Protocol, Self, runtime_checkable
@@ -7,20 +7,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from appliance.errors import HotgaugeError
+from appliance.settings.masking import mask
+from vision.sent_picture import SentPicture
 
 
 class CameraError(HotgaugeError):
-    """A source cannot deliver pictures; the message says what, where and what to do.
+    """A camera or recording cannot deliver pictures; the message says what, where and what to do.
 
     Parameters
     ----------
     message : str
+        What addresses in it carry of users and passwords is taken out.
     fault : str
         Name in the fault table.
     """
 
     def __init__(self, message: str, fault: str = "camera_lost") -> None:
-        super().__init__(message)
+        super().__init__(mask(message))
         self.fault = fault
 
 
@@ -33,24 +36,26 @@ class FramePair:
     left, right : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
         Grey, or blue-green-red as OpenCV has it.
     sequence : int
-        Number that the source gave the exposure, from 0, +1 each; gaps are lost pairs.
+        Number of the exposure, counted by the source from 0; gaps are lost pairs.
     left_us, right_us : int
         Device time stamps of both exposures, in µs on one clock that both cameras share; `liveness` compares them
         with each other and with those of the pair before.
     exposed_monotonic_s : float
         Moment of exposure on this machine's monotonic clock (`time.monotonic`).
     exposed_utc_ms : int
-        The same moment for people, ms since 1970 UTC.
+        The same moment as wall time, ms since 1970 UTC.
     exposure_us : float
-        Exposure time; NaN where the source cannot say.
+        Exposure time; NaN if the source does not know it.
     dropped : int
-        Pairs that the source had discarded, since it was opened, because a newer one was ready.
+        Pairs discarded since the source was opened, because a newer one was ready.
     temperature_c : float
-        Of the hottest camera, in degrees Celsius; NaN where the source cannot say.
+        Temperature of the hottest camera, °C; NaN if the source does not know it.
     repeated : bool
-        The source knows that these are the same stored pictures as in the pair before; a camera never does.
+        Whether a recording delivers the same stored pictures as in the pair before; False for cameras.
     truth : dict or None
-        What a simulation knows about the scene (`diameter_mm`, ...); never read by a gauge.
+        True values of a simulated scene (`diameter_mm`, ...); never read by a gauge.
+    sent : tuple of two SentPicture, or None
+        Both pictures with their coding, where that is more than `left` and `right` tell.
     """
 
     left: NDArray[np.uint8]
@@ -65,6 +70,12 @@ class FramePair:
     temperature_c: float = float("nan")
     repeated: bool = False
     truth: dict[str, object] | None = field(default=None, compare=False)
+    sent: tuple[SentPicture, SentPicture] | None = field(default=None, compare=False)
+
+    @property
+    def pictures(self) -> tuple[SentPicture, SentPicture]:
+        """Both pictures as a gauge measures them."""
+        return self.sent or (SentPicture.of(self.left), SentPicture.of(self.right))
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,23 +87,23 @@ class Frame:
     picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
         Grey, or blue-green-red as OpenCV has it.
     sequence : int
-        Number that the source gave the exposure, from 0, +1 each; gaps are lost pictures.
+        Number of the exposure, counted by the source from 0; gaps are lost pictures.
     exposed_monotonic_s : float
         Moment of exposure on this machine's monotonic clock (`time.monotonic`).
     exposed_utc_ms : int
-        The same moment for people, ms since 1970 UTC.
+        The same moment as wall time, ms since 1970 UTC.
     exposure_us : float
-        Exposure time; NaN where the source cannot say.
+        Exposure time; NaN if the source does not know it.
     dropped : int
-        Pictures that the source had discarded, since it was opened, because a newer one was ready.
+        Pictures discarded since the source was opened, because a newer one was ready.
     device_us : int or None
-        Device time stamp, µs; None where the source has none.
+        Device time stamp, µs; None if the source has none.
     temperature_c : float
-        Of the camera, in degrees Celsius; NaN where the source cannot say.
+        Temperature of the camera, °C; NaN if the source does not know it.
     repeated : bool
-        The source knows that this is the same stored picture as the one before; a camera never does.
+        Whether a recording delivers the same stored picture as the one before; False for cameras.
     truth : dict or None
-        What a simulation knows about the scene (`state`, `label`, ...); never read by a gauge.
+        True values of a simulated scene (`state`, `label`, ...); never read by a gauge.
     """
 
     picture: NDArray[np.uint8]
@@ -106,13 +117,18 @@ class Frame:
     repeated: bool = False
     truth: dict[str, object] | None = field(default=None, compare=False)
 
+    @property
+    def pictures(self) -> tuple[NDArray[np.uint8]]:
+        """The picture as a gauge of a single camera measures it."""
+        return (self.picture,)
+
 
 class PairSource(Protocol):
     """A source of image pairs. Use it as a context manager: entering opens it, leaving closes it."""
 
     @property
     def simulated(self) -> bool:
-        """Whether the pictures are not of a bar that is there now (mill, recording)."""
+        """Whether the pictures come from a simulation or a recording and show no present bar."""
         ...
 
     def __enter__(self) -> Self:
@@ -124,29 +140,36 @@ class PairSource(Protocol):
         ...
 
     def next(self, timeout_s: float) -> FramePair | None:
-        """Newest pair not delivered yet.
+        """Wait for the newest pair that was not delivered yet.
 
-        Older ones are discarded and counted in `FramePair.dropped`. The pictures are the receiver's own.
+        Older ones are discarded and counted in `FramePair.dropped`. The caller may change the pictures.
 
         Parameters
         ----------
         timeout_s : float
-            Longest time to wait.
+            Longest wait, seconds.
 
         Returns
         -------
         FramePair or None
-            None when nothing came in time; a source that has come to its end raises `EndOfRecording`.
+            None if no pair came in time.
+
+        Raises
+        ------
+        EndOfRecording
+            The recording is over.
+        CameraError
+            The camera can deliver no more pictures.
         """
         ...
 
 
 @runtime_checkable
 class Adjustable(Protocol):
-    """A source whose cameras take a new exposure while they run."""
+    """A source whose exposure time can be set while it runs."""
 
     def set_exposure(self, exposure_us: float) -> None:
-        """Have the next pictures exposed for another time."""
+        """Set the exposure time of the next pictures, µs."""
         ...
 
 
@@ -155,7 +178,7 @@ class PictureSource(Protocol):
 
     @property
     def simulated(self) -> bool:
-        """Whether the pictures are not of a line that is there now (mill, recording)."""
+        """Whether the pictures come from a simulation or a recording and show no present line."""
         ...
 
     def __enter__(self) -> Self:
@@ -167,9 +190,9 @@ class PictureSource(Protocol):
         ...
 
     def next(self, timeout_s: float) -> Frame | None:
-        """Newest picture not delivered yet, waited for at most `timeout_s`; None when none came in time.
+        """Wait at most `timeout_s` for the newest picture that was not delivered yet; None if none came in time.
 
-        Older ones are discarded and counted in `Frame.dropped`; a source at its end raises `EndOfRecording`.
+        Older ones are discarded and counted in `Frame.dropped`. Raises as `PairSource.next` does.
         """
         ...
 

@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 
 from appliance.cli.common import progress
+from appliance.cli.outputs import refuse_lost_input
 from appliance.command_options import CommandError
 
 _BOARD_NUMBERS = ("square_mm", "square_u_mm", "low_mm", "high_mm", "height_u_mm")
@@ -26,6 +27,7 @@ def run_calibrate(given: argparse.Namespace) -> None:
     from appliance.sizing.stereo.rig_file import save_rig
     from vision.calibration.acceptance import CalibrationError
 
+    refuse_lost_input(given.output, (given.folder,))
     board = {name: getattr(given, name) for name in ("squares", *_BOARD_NUMBERS, "response")}
     overrides = {name: value for name, value in board.items() if value is not None}
     try:

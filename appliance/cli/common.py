@@ -1,4 +1,4 @@
-"""What several commands share."""
+"""Options and the progress bar that several commands share."""
 
 import argparse
 import contextlib
@@ -12,7 +12,7 @@ def add_config(command: argparse.ArgumentParser) -> None:
 
 @contextlib.contextmanager
 def progress(unit: str) -> Generator[Callable[[int, int], None]]:
-    """A progress bar on a terminal, nothing on a pipe; gets how many are done, of how many."""
+    """Show a progress bar on a terminal, nothing on a pipe; the function yielded takes steps done and steps in all."""
     from tqdm import tqdm
 
     with tqdm(unit=unit, disable=None) as bar:
@@ -22,6 +22,13 @@ def progress(unit: str) -> Generator[Callable[[int, int], None]]:
             bar.update(done - bar.n)
 
         yield show
+
+
+def positive_number(text: str) -> int:
+    number = int(text)
+    if number < 1:
+        raise ValueError
+    return number
 
 
 def whole_number(text: str) -> int:

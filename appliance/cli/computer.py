@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from appliance.settings.masking import mask
 from appliance.settings.table import in_force
 from appliance.supervisor import settings as settings_file
 
@@ -17,7 +18,7 @@ def run_check_config(given: argparse.Namespace) -> None:
     settings = settings_file.load(given.config)
     print(f"# {given.config or 'the defaults'}: good; in force:")
     for row, value in in_force(settings):
-        print(f"{row.key} = {value}  # {row.allowed}; {row.text}" if value else f"# {row.key}  # {row.text}")
+        print(f"{row.key} = {mask(value)}  # {row.allowed}; {row.text}" if value else f"# {row.key}  # {row.text}")
 
 
 def add_install(command: argparse.ArgumentParser) -> None:

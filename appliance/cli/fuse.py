@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 
 from appliance.cli.common import whole_number
+from appliance.cli.outputs import refuse_lost_input
 from appliance.command_options import CommandError, one_of
 
 
@@ -26,6 +27,7 @@ def run_fuse(given: argparse.Namespace) -> None:
     from appliance.sizing.stereo.fuse_files import checked_scales, fuse_files, metric_lines, write_picture
     from vision.fusion.methods import METHODS
 
+    refuse_lost_input(given.output, (given.left, given.right, given.rig))
     method = one_of(METHODS, given.method, "--method")
     try:
         scales = checked_scales(method, given.levels, given.rule, given.approximation)

@@ -1,13 +1,14 @@
-"""The command line: trouble is one sentence and exit code 2; only commands that need pictures load image libraries."""
+"""The command line: an error prints one sentence and gives exit code 2; image libraries load only when needed."""
 
 import argparse
 import difflib
+import io
 import os
 import sys
 from collections.abc import Callable, Sequence
 from typing import NoReturn
 
-from appliance.cli import calibrate, computer, fuse, measure, orient, plc, serve, simulate, train
+from appliance.cli import calibrate, computer, fuse, history, measure, orient, plc, serve, simulate, train
 from appliance.cli.common import add_config
 from appliance.command_options import CommandError
 from appliance.errors import HotgaugeError
@@ -34,8 +35,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        Exit code: 0 done, 1 checks have failed, 2 trouble, 130 interrupted.
+        Exit code: 0 done, 1 a check of `doctor` has failed, 2 error, 130 interrupted.
     """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a terminal that is not UTF-8 shows escapes for what it lacks
+            stream.reconfigure(errors="backslashreplace")
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
         _check_command(words[:1])
@@ -47,10 +51,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return EXIT_TROUBLE
     except KeyboardInterrupt:
         return EXIT_INTERRUPTED
-    except BrokenPipeError:  # `hotgauge registers | head` is nobody's error
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except BrokenPipeError:  # the reader of a pipe has closed it, as `| head` does
+        _give_up_output()
         return 0
+    except OSError as error:
+        if error.filename is not None:
+            raise
+        _give_up_output()
+        print(
+            f"hotgauge: the output cannot be written: {error.strerror}; make room, or write elsewhere", file=sys.stderr
+        )
+        return EXIT_TROUBLE
     return exit_code or 0
+
+
+def _give_up_output() -> None:
+    """Let what is still buffered for standard output go nowhere; the interpreter would try again at its end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _check_command(words: Sequence[str]) -> None:
@@ -63,7 +80,7 @@ def _check_command(words: Sequence[str]) -> None:
 
 
 def parser() -> argparse.ArgumentParser:
-    """The whole command line."""
+    """Make the parser of all commands."""
     whole = _Parser(prog="hotgauge", description="Measures hot rolled bars and serves the PLC.")
     commands = whole.add_subparsers(metavar="COMMAND", required=True)
     for name, (run, text, add_arguments) in COMMANDS.items():
@@ -97,6 +114,8 @@ COMMANDS: dict[str, tuple[_Run, str, _AddArguments]] = {
     "orient": (orient.run_orient, "Say which end of the ingots in a recording faces the line", orient.add_orient),
     "fuse": (fuse.run_fuse, "Fuse the two pictures of a pair into one and print its metrics", fuse.add_fuse),
     "simulate": (simulate.run_simulate, "Write a recording of the simulated mill, with truth", simulate.add_simulate),
+    "export": (history.run_export, "Write what the history keeps of a time to CSV or Parquet", history.add_export),
+    "report": (history.run_report, "Write pages about the shifts of a time, as HTML or PDF", history.add_report),
     "train-edges": (train.run_train_edges, "Train the forest that finds edges", train.add_train_edges),
     "registers": (plc.run_registers, "Print the register map", plc.add_registers),
     "install": (

@@ -1,15 +1,16 @@
-"""The command measure, and the table of the rooms that run its methods."""
+"""The command measure, and the table of the classes that run its methods."""
 
 import argparse
 from pathlib import Path
 
+from appliance.cli.outputs import refuse_lost_input, refuse_other_formats
 from appliance.command_options import CommandError
 from appliance.sizing.conveyor.measuring import ConveyorMeasuring
 from appliance.sizing.measuring import Measuring
 from appliance.sizing.stereo.measuring import StereoMeasuring
 
 ROOMS: tuple[Measuring, ...] = (StereoMeasuring(), ConveyorMeasuring())
-BY_METHOD = {name: room for room in ROOMS for name in room.names}
+ROOM_BY_METHOD = {name: room for room in ROOMS for name in room.names}
 
 
 def add_measure(command: argparse.ArgumentParser) -> None:
@@ -19,7 +20,7 @@ def add_measure(command: argparse.ArgumentParser) -> None:
         "--output", type=Path, required=True, metavar="FILE", help="readings; CSV if it ends in .csv, else JSON lines"
     )
     command.add_argument(
-        "--method", choices=tuple(BY_METHOD), default="tangent", help="; ".join(room.text for room in ROOMS)
+        "--method", choices=tuple(ROOM_BY_METHOD), default="tangent", help="; ".join(room.text for room in ROOMS)
     )
     for room in ROOMS:
         room.add_options(command)
@@ -27,8 +28,10 @@ def add_measure(command: argparse.ArgumentParser) -> None:
 
 
 def run_measure(given: argparse.Namespace) -> None:
-    room = BY_METHOD[given.method]
+    room = ROOM_BY_METHOD[given.method]
     _refuse_others(given, room)
+    refuse_other_formats(given.output)
+    refuse_lost_input(given.output, (given.recording, given.rig, given.background))
     try:
         room.run(given)
     except OSError as error:
@@ -37,7 +40,7 @@ def run_measure(given: argparse.Namespace) -> None:
 
 
 def _refuse_others(given: argparse.Namespace, room: Measuring) -> None:
-    """Raise `CommandError` for an option that has no meaning with the method."""
+    """Raise `CommandError` for an option that does not apply to the method."""
     for other in ROOMS:
         for option in other.options:
             if option in room.options or getattr(given, option) is None:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import get_args
 
 from appliance.cli.common import add_config
+from appliance.cli.outputs import refuse_lost_input, refuse_other_formats
 from appliance.command_options import CommandError
 from appliance.supervisor import settings as settings_file
 from vision.ingot.classifiers.names import ClassifierName
@@ -26,6 +27,8 @@ def add_orient(command: argparse.ArgumentParser) -> None:
 def run_orient(given: argparse.Namespace) -> None:
     from appliance.ingot.orient_recording import orient_recording
 
+    refuse_other_formats(given.output)
+    refuse_lost_input(given.output, (given.recording, given.references, given.config))
     settings = settings_file.load(given.config).ingot
     if given.classifier:
         settings = settings.model_copy(update={"classifier": given.classifier})

@@ -1,8 +1,10 @@
-"""Commands that serve the PLC or look at a gauge and its computer."""
+"""Commands that measure and serve the PLC: run, replay."""
 
 import argparse
 import asyncio
+import contextlib
 import signal
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -43,7 +45,7 @@ async def _supervise(settings: Settings, load: Callable[[], Settings]) -> None:
     supervisor = Supervisor(settings)
     manager = service.ServiceManager()
     loop = asyncio.get_running_loop()
-    reloads: set[asyncio.Task[None]] = set()  # the loop itself holds tasks only weakly
+    reloads: set[asyncio.Task[None]] = set()  # keeps the tasks: the loop holds only weak references
 
     def stop() -> None:
         manager.stopping()
@@ -56,18 +58,27 @@ async def _supervise(settings: Settings, load: Callable[[], Settings]) -> None:
 
     def serving(port: int) -> None:
         manager.ready()
-        print("\n".join(welcome(settings, port)), flush=True)
+        with contextlib.suppress(OSError):  # a full disk, or a reader that has gone, is no trouble of the gauge
+            service.write_unblocked(sys.stdout.fileno(), "\n".join(welcome(settings, port)))
 
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, stop)
     managed = service.is_managed()
-    if managed:  # on a terminal it means that the terminal is closed
+    if managed:  # without a service manager SIGHUP means that the terminal was closed
         loop.add_signal_handler(signal.SIGHUP, reload)
-    # a service has nobody who looks at a refusal: it serves the fault instead
+    # a service serves the fault to the PLC instead of refusing to start, since nobody reads its terminal
     await supervisor.run(serving, manager.proof, refuses=not managed)
 
 
 def welcome(settings: Settings, port: int) -> list[str]:
+    """Lines that `hotgauge run` prints once the port answers.
+
+    Parameters
+    ----------
+    settings : Settings
+    port : int
+        TCP port that is served.
+    """
     address = next(row.address for row in REGISTERS if row.name == "diameter")
     host = "127.0.0.1" if settings.plc.host in {"0.0.0.0", "::"} else settings.plc.host  # noqa: S104
     order = " -B" if settings.plc.word_order == "big" else ""

@@ -1,13 +1,13 @@
-"""Commands that make something: scenes, an edge forest, the register map."""
+"""The command simulate."""
 
 import argparse
 from collections.abc import Callable
 from pathlib import Path
 
-from appliance.cli.common import progress, whole_number
+from appliance.cli.common import positive_number, progress, whole_number
 from appliance.command_options import CommandError
 
-INGOTS = "ingots"  # and with a dash the scenes of ingots under a condition
+INGOTS_SCENE = "ingots"  # also the prefix of scenes under a condition, as in ingots-glare
 
 
 def add_simulate(command: argparse.ArgumentParser) -> None:
@@ -27,7 +27,7 @@ def add_simulate(command: argparse.ArgumentParser) -> None:
         help="added to a condition, such as ovality; repeatable",
     )
     command.add_argument("--seed", type=whole_number, default=1, help="seed of all that is drawn, 1 unless given")
-    command.add_argument("--frames", type=whole_number, default=50, help="frames, 50 unless given")
+    command.add_argument("--frames", type=positive_number, default=50, help="frames, 50 unless given")
 
 
 def run_simulate(given: argparse.Namespace) -> None:
@@ -35,12 +35,12 @@ def run_simulate(given: argparse.Namespace) -> None:
     with progress("picture") as on_progress:
         if given.scene == "thermal":
             _write_thermal(given)
-        elif given.scene.partition("-")[0] == INGOTS:
+        elif given.scene.partition("-")[0] == INGOTS_SCENE:
             _write_ingots(given, on_progress)
         else:
             _write_stereo(given, on_progress)
     print(f"{given.output}: {given.frames} frames of the scene {given.scene}, with truth")
-    if given.scene.partition("-")[0] == INGOTS:
+    if given.scene.partition("-")[0] == INGOTS_SCENE:
         print(f"  next: hotgauge orient {given.output}/seq01 --references {given.output} --output ends.jsonl")
     elif given.scene != "thermal":
         print(f"  next: hotgauge calibrate {given.output} --output rig.json")
@@ -60,12 +60,12 @@ def _write_ingots(given: argparse.Namespace, on_progress: Callable[[int, int], N
     from appliance.simulation.write_recording import write_ingots
 
     if given.effect:
-        raise CommandError(f"--effect: a scene of ingots has none; give a condition as --scene {INGOTS}-glare")
+        raise CommandError(f"--effect: a scene of ingots has none; give a condition as --scene {INGOTS_SCENE}-glare")
     names = [row.name for row in INGOT_CONDITIONS]
-    condition = given.scene.removeprefix(INGOTS).removeprefix("-") or names[0]
+    condition = given.scene.removeprefix(INGOTS_SCENE).removeprefix("-") or names[0]
     if condition not in names:
-        known = ", ".join(f"{INGOTS}-{name}" for name in names)
-        raise CommandError(f"--scene: no scene is called {given.scene!r}; scenes of ingots are {INGOTS}, {known}")
+        known = ", ".join(f"{INGOTS_SCENE}-{name}" for name in names)
+        raise CommandError(f"--scene: no scene is called {given.scene!r}; scenes of ingots are {INGOTS_SCENE}, {known}")
     write_ingots(given.output, condition, given.seed, given.frames, on_progress=on_progress)
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from appliance.cli.common import progress, whole_number
 
-PATCHES = 40_000  # of each tree of the edge forest
+PATCHES = 40_000  # chosen: training patches for each tree of the edge forest
 
 
 def add_train_edges(command: argparse.ArgumentParser) -> None:

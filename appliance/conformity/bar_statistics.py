@@ -1,4 +1,4 @@
-"""What has just been measured, for PLCs that read slowly: the last readings, and the diameters of each bar."""
+"""Smallest, mean and largest diameter of each bar, mm, for PLCs that poll slowly."""
 
 import enum
 import math
@@ -7,11 +7,11 @@ from appliance.sizing.message import ReadingMessage
 from plc.rows import Value
 from vision.reasons import Reason
 
-BLIND_S = 2.0  # a bar that is seen again after so long may be another one
+BLIND_TIME_S = 2.0  # chosen: after so long without any reading, the next one begins a new bar
 
 
 class Part(enum.Enum):
-    """Which part of a bar lies in the measuring region; in time each bar is seen in this order."""
+    """Part of a bar that lies in the measuring region; a bar passes in this order."""
 
     NONE = "none"
     ENTER = "enter"
@@ -22,7 +22,7 @@ class Part(enum.Enum):
 
 
 def part_of_bar(reasons: Reason) -> Part:
-    """Part of the bar that a reading with these reasons is of; a bar with both ends in the region shows its head."""
+    """Part of the bar that a reading with these reasons shows; a bar with both ends in the region counts as head."""
     if Reason.NO_BAR in reasons:
         return Part.NONE
     short = Reason.BAR_TOO_SHORT in reasons
@@ -36,16 +36,16 @@ def part_of_bar(reasons: Reason) -> Part:
 class BarStatistics:
     """Smallest, mean and largest diameter of the bar that passes, or of the last one until the next begins.
 
-    They are those of the bar's body. Its head and its tail count only as long as no body has been seen, as on a bar
-    that is shorter than the measuring region.
+    Only readings of the bar's body count. Head and tail count until the first reading of a body, and so on the whole
+    of a bar that is shorter than the measuring region.
 
-    A bar begins with the first valid reading after a gap, and ends when no bar has been seen for `gap_s`, or
-    nothing at all for a while.
+    A bar begins with the first valid reading after a gap. It ends after `gap_s` of readings without a bar, or after
+    BLIND_TIME_S (at least `gap_s`) without any reading.
 
     Parameters
     ----------
     gap_s : float
-        Time without a bar that is a gap and not a miss.
+        Time without a bar that separates two bars, seconds; shorter ones are missed detections.
     """
 
     def __init__(self, gap_s: float) -> None:
@@ -64,13 +64,18 @@ class BarStatistics:
         if Reason.NO_BAR in reading.reasons:
             self._passing = self._passing and away_s < self._gap_s
             return
-        self._passing = self._passing and away_s < max(BLIND_S, self._gap_s)
+        self._passing = self._passing and away_s < max(BLIND_TIME_S, self._gap_s)
         self._seen_s = message.exposed_monotonic_s
         if reading.valid:
             self._add(reading.diameter_mm, body=part_of_bar(reading.reasons) is Part.BODY)
 
+    @property
+    def passing(self) -> bool:
+        """Whether a bar has begun and not ended."""
+        return self._passing
+
     def end(self) -> None:
-        """Nothing is seen any more: what comes next is another bar."""
+        """End the bar: the next valid reading begins another one."""
         self._passing = False
 
     def values(self) -> dict[str, Value]:

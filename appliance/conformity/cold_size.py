@@ -15,20 +15,20 @@ class Size(NamedTuple):
 
 
 def cold_size(hot: Size, points: SetPoints, temperature_u_c: float) -> Size | None:
-    """Size at 20 °C: cold = hot / (1 + e), e the elongation at the section's mean temperature.
+    """Size at 20 °C: cold = hot / (1 + e), with the elongation e (EN 1993-1-2) at the section's mean temperature.
 
     Parameters
     ----------
     hot : Size
     points : SetPoints
     temperature_u_c : float
-        Standard uncertainty (k = 1) of the temperature. Its part is half the change of the cold size from one u
-        below to one u above (GUM 5.1.3, note 2), which also holds across the bends of the curve.
+        Standard uncertainty u (k = 1) of the temperature, °C. It contributes half the change of the cold size
+        between one u below and one u above (GUM 5.1.3, note 2), which also holds across the bends of the curve.
 
     Returns
     -------
     Size or None
-        None without a temperature, without a grade, or with a grade that is not in the table.
+        None without a temperature or a grade, and for a grade that is not in `GRADES`.
     """
     if points.grade not in GRADES or points.temperature_c is None:
         return None
@@ -40,6 +40,14 @@ def cold_size(hot: Size, points: SetPoints, temperature_u_c: float) -> Size | No
     return Size(hot.diameter_mm * factor, math.hypot(hot.expanded_mm * factor, 2 * u_temperature_mm))
 
 
-def to_judge(hot: Size, cold: Size | None, points: SetPoints) -> Size | None:
-    """The size that target and tolerances are meant for: cold if a grade is set, else hot."""
+def judged_size(hot: Size, cold: Size | None, points: SetPoints) -> Size | None:
+    """Size to compare with target and tolerances: cold if a grade is set, else hot.
+
+    Parameters
+    ----------
+    hot : Size
+    cold : Size or None
+        From `cold_size`; None if it cannot be computed, which then gives None.
+    points : SetPoints
+    """
     return hot if points.grade is None else cold

@@ -1,20 +1,22 @@
-"""What a diameter means against the set points: cold size, trust, decision, correction. Pure arithmetic."""
+"""Decision of conformity with the tolerance, and the uncertainty that a tolerance allows. Pure arithmetic."""
 
 from appliance.conformity.set_points import SetPoints
 from appliance.sizing.trust import U_MAX_WITHOUT_TOLERANCE_MM
 from plc.codes import Decision
 
-SHARE_OF_TOLERANCE = 8  # U_max is this part of the tolerance's width
+TOLERANCE_TO_U_RATIO = 8  # chosen: U_max is an eighth of the tolerance's width (docs/methods/trust.md)
 
 
 def allowed_uncertainty_mm(points: SetPoints) -> float:
-    """U_max, the expanded uncertainty that costs no trust."""
+    """Largest expanded uncertainty that does not lower the trust, U_max, mm."""
     tolerance = points.tolerance_mm
-    return U_MAX_WITHOUT_TOLERANCE_MM if tolerance is None else sum(tolerance) / SHARE_OF_TOLERANCE
+    return U_MAX_WITHOUT_TOLERANCE_MM if tolerance is None else sum(tolerance) / TOLERANCE_TO_U_RATIO
 
 
 def decide(deviation_mm: float, expanded_mm: float, tolerance_mm: tuple[float, float]) -> Decision:
-    """Whether a size is in tolerance, with the guard band g = U on both sides of both limits.
+    """Decide whether a size is in tolerance, with the guard band g = U on both sides of both limits.
+
+    IN if the size lies inside both limits by at least U, OUT if it lies outside one by at least U, else UNDECIDED.
 
     Parameters
     ----------
@@ -23,7 +25,7 @@ def decide(deviation_mm: float, expanded_mm: float, tolerance_mm: tuple[float, f
     expanded_mm : float
         U of the size.
     tolerance_mm : tuple of float
-        Allowed above and below the target, both positive.
+        Allowed deviations above and below the target, both positive.
     """
     plus_mm, minus_mm = tolerance_mm
     inside_mm = min(plus_mm - deviation_mm, deviation_mm + minus_mm)

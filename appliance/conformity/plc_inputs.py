@@ -1,7 +1,7 @@
-"""What the PLC has written, kept over a restart in one small file.
+"""Set points and commands that the PLC has written, kept over a restart in one small file.
 
-The file is replaced whole, at most once a second and only when something has changed; the disk is waited for in
-a thread. Trouble with the disk is a fault, and what the PLC has written still counts.
+The file is replaced whole, at most once a second and only after changes, by a thread, so that a slow disk delays no
+publication. A disk that fails is a fault; the values in memory still count.
 """
 
 import asyncio
@@ -19,27 +19,27 @@ from plc.registers import REGISTERS
 from plc.rows import select
 
 FILE_NAME = "set_points.json"
-SAVE_PERIOD_S = 1.0
+SAVE_PERIOD_S = 1.0  # chosen: shortest time between two writes
 
 Written = dict[str, int | bool]
 Report = Callable[[str, str], None]
-"""Gets the name of a fault, and what exactly is wrong, empty when nothing is any more."""
+"""Receives the name of a fault and its detail; an empty detail ends the fault."""
 
 _NOT_KEPT = {"plc_heartbeat"}
 _ROWS = {row.name: row for row in select(REGISTERS, "holding", "rw") if row.name not in _NOT_KEPT}
 
 
 class PlcInputsError(HotgaugeError):
-    """The file cannot be used; the message says why."""
+    """The file of set points cannot be used; the message says why."""
 
 
 def read(file: Path) -> Written:
-    """What was kept in a file; nothing if there is no file.
+    """Read the set points and commands of a file; an empty dictionary if there is no file.
 
     Raises
     ------
     PlcInputsError
-        The file cannot be read, is not what `write` writes, or holds a number that the PLC could not have written.
+        The file cannot be read, has not the form that `write` gives it, or holds a number outside a set point's bounds.
     """
     try:
         kept: object = json.loads(file.read_bytes())
@@ -65,26 +65,39 @@ def _is_possible(name: str, number: object) -> bool:
 
 
 def write(file: Path, written: Mapping[str, int | bool]) -> None:
-    """Replace the file whole, so that a power cut leaves the old one or the new one; raises OSError."""
+    """Replace the file whole: a power cut leaves the old file or the new one.
+
+    Parameters
+    ----------
+    file : Path
+        Its folder is made if it is missing.
+    written : mapping of str to int or bool
+        Numbers of set points and levels of commands, by name.
+
+    Raises
+    ------
+    OSError
+        The file or its folder cannot be written.
+    """
     file.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(file) as text:
         json.dump(written, text, indent=1)
 
 
 class PlcInputs:
-    """What the PLC has written, in one place.
+    """Set points, commands and heartbeat that the PLC has written.
 
     Parameters
     ----------
     folder : Path or None
-        Where it is kept; None keeps it in memory only.
+        Folder of the file; None keeps the values in memory only.
     report : callable
-        Gets the name of a fault of the disk, and what is wrong, empty when nothing is.
+        Receives the name of a fault of the disk and its detail; an empty detail ends the fault.
 
     Attributes
     ----------
     written : dict of str to int or bool
-        Numbers in the words of set points, and levels of commands, by name.
+        Unscaled numbers of set points and levels of commands, by name.
     heartbeat_s : float or None
         Monotonic time at which the PLC last changed its heartbeat; None before the first time.
     """
@@ -99,7 +112,7 @@ class PlcInputs:
         self._one_at_a_time = threading.Lock()
 
     def load(self) -> None:
-        """Take up what was kept; a file that cannot be used is a fault until a new one is written."""
+        """Read the file; one that cannot be used is a fault until the next save."""
         if self._file is None:
             return
         try:
@@ -111,7 +124,7 @@ class PlcInputs:
     @property
     def points(self) -> SetPoints:
         """Target, tolerances, temperature and grade."""
-        return SetPoints.of(self.written)
+        return SetPoints.from_words(self.written)
 
     @property
     def held(self) -> bool:
@@ -120,11 +133,11 @@ class PlcInputs:
 
     @property
     def product_id(self) -> int:
-        """The mill's number of the product that is measured."""
+        """The mill's number of the product being measured."""
         return int(self.written.get("product_id", 0))
 
     def add(self, changed: Mapping[str, int | bool]) -> None:
-        """Add what the PLC has just written."""
+        """Add values that the PLC has just written, by name."""
         self.written |= changed
         if "plc_heartbeat" in changed:
             self.heartbeat_s = time.monotonic()
@@ -139,7 +152,7 @@ class PlcInputs:
             await asyncio.sleep(SAVE_PERIOD_S)
 
     async def save(self) -> None:
-        """Write the file now if it differs; on failure it is tried again with the next round of `keep`."""
+        """Write the file now if values have changed; `keep` repeats a write that failed."""
         to_keep = self._to_keep()
         if self._file is None or to_keep == self._saved:
             return
@@ -154,7 +167,7 @@ class PlcInputs:
         self._report("set_points_unreadable", "")
 
     def _write(self, file: Path, to_keep: Written) -> None:
-        with self._one_at_a_time:  # the last save may begin while one is still under way
+        with self._one_at_a_time:  # the save at shutdown may overlap with one of `keep`
             write(file, to_keep)
 
     def _to_keep(self) -> Written:

@@ -1,4 +1,4 @@
-"""What the PLC wants: target, tolerances, temperature and grade, as numbers in their units."""
+"""Set points of the PLC in their units: target, tolerances, temperature and grade."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ _ROWS = {row.name: row for row in REGISTERS}
 
 @dataclass(frozen=True, slots=True)
 class SetPoints:
-    """What the PLC wants; None for what it has not set."""
+    """Set points of the PLC; None for each one that is not set."""
 
     target_mm: float | None = None
     tolerance_plus_mm: float | None = None
@@ -20,8 +20,8 @@ class SetPoints:
     grade: int | None = None
 
     @classmethod
-    def of(cls, written: Mapping[str, int | bool]) -> Self:
-        """Set points from the numbers in their words, by register; 0 and missing mean "not set"."""
+    def from_words(cls, written: Mapping[str, int | bool]) -> Self:
+        """Scale the numbers in the words of set points, by register name; 0 or a missing name means "not set"."""
         grade = int(written.get("expansion_grade", 0))
         return cls(
             target_mm=_value(written, "target_diameter"),
@@ -33,7 +33,7 @@ class SetPoints:
 
     @property
     def tolerance_mm(self) -> tuple[float, float] | None:
-        """Allowed above and below the target; None unless both are set."""
+        """Allowed deviations above and below the target, mm; None unless both are set."""
         if self.tolerance_plus_mm is None or self.tolerance_minus_mm is None:
             return None
         return self.tolerance_plus_mm, self.tolerance_minus_mm

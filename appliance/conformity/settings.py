@@ -1,4 +1,4 @@
-"""Settings of the judgement of a diameter and of the advised correction."""
+"""Settings of trust, cold size, bars and the advised correction."""
 
 from pydantic import Field
 

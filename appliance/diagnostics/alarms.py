@@ -181,6 +181,16 @@ class Alarms:
         """Bits of `alarm_word`: bit n is alarm coil n."""
         return sum(1 << _ADDRESS[row.name] for row in self._shown())
 
+    @property
+    def active(self) -> frozenset[str]:
+        """Names of the alarms that are active."""
+        return frozenset(row.name for row, state in self._states.items() if state.active)
+
+    @property
+    def unacknowledged(self) -> frozenset[str]:
+        """Names of the alarms that nobody has acknowledged, whether they are still active or not."""
+        return frozenset(row.name for row, state in self._states.items() if not state.acknowledged)
+
     def _shown(self) -> Iterable[AlarmRow]:
         if self._suppressed:
             return ()

@@ -41,7 +41,7 @@ class FaultRow(NamedTuple):
     latching: bool = False
 
     @property
-    def told_by_station(self) -> bool:
+    def reported_by_station(self) -> bool:
         """Whether it is a measuring process that knows of it."""
         return self.code < 300
 
@@ -295,5 +295,24 @@ FAULTS: tuple[FaultRow, ...] = (
         "the computer's clock was set; time stamps before and after do not fit together",
         "check the time server; measuring is not affected",
         bit=18,
+    ),
+    FaultRow(
+        521,
+        "history_not_written",
+        DeviceState.MAINTENANCE_REQUIRED,
+        logging.WARNING,
+        "what is measured cannot be kept in the history",
+        "make room on the disk and the folder history.directory writable; measuring is not affected",
+        bit=29,
+    ),
+    FaultRow(
+        522,
+        "history_damaged",
+        DeviceState.MAINTENANCE_REQUIRED,
+        logging.WARNING,
+        "the history was damaged; it was set aside and a new one begun",
+        "check the disk; sqlite3's .recover may read what was set aside",
+        bit=31,
+        latching=True,
     ),
 )

@@ -2,7 +2,7 @@
 
 A fault is trouble with the equipment, not with the bar. It owns the NE 107 class that the PLC reads as
 `device_state` and a bit of `fault_word`; it is logged once when it comes and once when it goes. Codes 1xx (cameras) and
-2xx (calibration) are told by a measuring process, the others by the supervisor.
+2xx (calibration) are reported by a measuring process, the others by the supervisor.
 """
 
 import logging
@@ -27,7 +27,7 @@ class Faults:
 
     def __init__(self, product_id: Callable[[], int] = lambda: 0) -> None:
         self._product_id = product_id
-        self._active: set[tuple[str, str]] = set()
+        self._active: dict[tuple[str, str], str] = {}
         self._latched: set[str] = set()
 
     def report(self, name: str, *, active: bool, detail: str = "", station: str = "") -> None:
@@ -54,11 +54,11 @@ class Faults:
             return
         row = _ROWS[name]
         if active:
-            self._active.add((name, station))
+            self._active[name, station] = detail
             self._latched |= {name} if row.latching else set()
             sentence = f"fault {row.code} {name}: {detail or row.text}; {row.remedy}"
         else:
-            self._active.remove((name, station))
+            del self._active[name, station]
             sentence = f"fault {row.code} {name} is over"
         logger.log(row.severity if active else logging.INFO, sentence, extra=self._fields(row, station))
 
@@ -70,11 +70,11 @@ class Faults:
         ValueError
             A name is not in the table, or not one that a station tells.
         """
-        wrong = [name for name in found if name not in _ROWS or not _ROWS[name].told_by_station]
+        wrong = [name for name in found if name not in _ROWS or not _ROWS[name].reported_by_station]
         if wrong:
             raise ValueError(f"found: no station tells of {wrong[0]!r}")
         for row in FAULTS:
-            if row.told_by_station:
+            if row.reported_by_station:
                 self.report(row.name, active=row.name in found, detail=found.get(row.name, ""), station=station)
 
     def acknowledge(self) -> None:
@@ -93,6 +93,11 @@ class Faults:
     def active(self) -> frozenset[str]:
         """Names of the faults that are there now."""
         return frozenset(name for name, _ in self._active)
+
+    @property
+    def details(self) -> Mapping[tuple[str, str], str]:
+        """What exactly is wrong, by name and station, of the faults that are there now."""
+        return self._active
 
     def active_at(self, station: str) -> frozenset[str]:
         """Names of the faults that one station has now."""

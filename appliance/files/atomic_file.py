@@ -1,4 +1,4 @@
-"""Files that are replaced whole: a reader, a crash, a power cut or a full disk never meets half of one."""
+"""Replaces files whole: after a crash, a power cut or on a full disk the old file or the new one is there."""
 
 import contextlib
 import os
@@ -7,20 +7,26 @@ from collections.abc import Generator
 from pathlib import Path
 from typing import TextIO
 
-READABLE_BY_ALL = 0o644
+FILE_MODE = 0o644  # all users may read it; `mkstemp` alone would give 0o600
+
+
+@contextlib.contextmanager
+def whole_place(path: Path) -> Generator[Path]:
+    """A place to write a file at, which gets its name only when all of it is on the disk; raises `OSError`."""
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    temporary = Path(name)
+    try:
+        os.fchmod(handle, FILE_MODE)
+        yield temporary
+        os.fsync(handle)
+        temporary.replace(path)
+    finally:
+        os.close(handle)
+        temporary.unlink(missing_ok=True)
 
 
 @contextlib.contextmanager
 def whole_file(path: Path) -> Generator[TextIO]:
     """Open a text file that appears under its name only when all of it is on the disk; raises `OSError`."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    temporary = Path(name)
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="") as file:
-            os.fchmod(file.fileno(), READABLE_BY_ALL)
-            yield file
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with whole_place(path) as place, place.open("w", encoding="utf-8", newline="") as file:
+        yield file

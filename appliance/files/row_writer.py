@@ -1,4 +1,4 @@
-"""Writes rows as JSON lines or CSV, whichever the file's name asks for."""
+"""Writes rows as CSV if the file's suffix is `.csv`, else as JSON lines."""
 
 import csv
 import json
@@ -19,7 +19,12 @@ def row_writer(output: Path, file: TextIO, columns: Sequence[str]) -> Callable[[
         Name that the file will have: CSV if its suffix is `.csv`, else JSON lines.
     file : text file, open for writing
     columns : sequence of str
-        Columns of a CSV file; a row may lack some. JSON lines hold what each row has.
+        Columns of a CSV file; a row may lack some. JSON lines hold the columns of each row.
+
+    Raises
+    ------
+    ValueError
+        The function that is returned was given a column that a CSV file lacks, or a number that JSON lacks (NaN).
     """
     return _csv_writer(file, columns) if output.suffix.lower() == ".csv" else _json_lines_writer(file)
 

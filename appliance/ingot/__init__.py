@@ -1,1 +1,1 @@
-"""The ingot station: its process, what it says, what is published of it."""
+"""The ingot station: its process, its messages, its registers."""

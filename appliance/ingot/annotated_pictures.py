@@ -1,4 +1,4 @@
-"""What `orient` saw, as pictures: every frame with its end and verdict, and all ends side by side."""
+"""Annotated pictures of `orient`: each frame with its end and verdict, and a strip of all ends."""
 
 from pathlib import Path
 
@@ -13,18 +13,18 @@ from vision.readings import OrientationReading
 Picture = NDArray[np.uint8]
 
 COLOURS = {"top": (60, 60, 255), "bottom": (80, 220, 80), "undecided": (0, 200, 255)}  # blue-green-red
-ACROSS = 12  # ends in a row of the strip
+ENDS_IN_A_ROW = 12  # of the strip
 BORDER_PX = 3
-ENDS_MOST = 600
+LARGEST_STRIP = 600  # ends; later ones are not in the strip
 
 
 class Plot:
-    """Writes annotated frames as they come, and the strip at the end.
+    """Writes each annotated frame at once, and the strip at the end.
 
     Parameters
     ----------
     folder : Path
-        Made if it is not there; raises `OSError`.
+        Made if it is missing; raises `OSError`.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -33,12 +33,22 @@ class Plot:
         self._ends: list[Picture] = []
 
     def add(self, frame: int, picture: Picture, reading: OrientationReading, ingot: IngotDecision | None) -> None:
-        """Write one annotated frame."""
+        """Write one annotated frame.
+
+        Parameters
+        ----------
+        frame : int
+            Number of the frame.
+        picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        reading : OrientationReading
+        ingot : IngotDecision or None
+            Decision on the ingot so far; None without an ingot.
+        """
         colours = cv2.cvtColor(picture, cv2.COLOR_GRAY2BGR) if picture.ndim == 2 else picture.copy()
         shown = np.asarray(colours, np.uint8)
         colour = COLOURS[reading.orientation]
         if reading.present:
-            if len(self._ends) < ENDS_MOST:
+            if len(self._ends) < LARGEST_STRIP:
                 self._ends.append(_framed(shown, reading, colour))
             center = round(reading.center_x), round(reading.center_y)
             cv2.circle(shown, center, round(reading.radius), colour, 2, cv2.LINE_AA)
@@ -47,12 +57,12 @@ class Plot:
         _write(self._folder / f"{frame:06d}.jpg", shown)
 
     def write_strip(self) -> None:
-        """Write all ends, in order, framed in the colour of their verdict; nothing when there were none."""
+        """Write the strip of all ends, each framed in the colour of its verdict; without ends nothing is written."""
         if not self._ends:
             return
         empty = np.zeros_like(self._ends[0])
-        ends = self._ends + [empty] * (-len(self._ends) % ACROSS)
-        rows = [np.hstack(ends[start : start + ACROSS]) for start in range(0, len(ends), ACROSS)]
+        ends = self._ends + [empty] * (-len(self._ends) % ENDS_IN_A_ROW)
+        rows = [np.hstack(ends[start : start + ENDS_IN_A_ROW]) for start in range(0, len(ends), ENDS_IN_A_ROW)]
         _write(self._folder / "ends.png", np.vstack(rows))
 
 

@@ -9,7 +9,7 @@ from vision.readings import OrientationReading
 
 
 class IngotVerdict(StationMessage):
-    """What was decided of one ingot.
+    """Decision on one ingot.
 
     Attributes
     ----------
@@ -19,9 +19,9 @@ class IngotVerdict(StationMessage):
     confidence : float
         Percent.
     ssim_top, ssim_bottom : float or None
-        Means over the pictures that counted.
+        Means over the pictures that the decision counts.
     told_utc_ms : int
-        Moment of the decision, or of the ingot's leaving undecided.
+        Moment at which the decision, or the departure of an undecided ingot, was reported; ms since 1970 UTC.
     """
 
     ingot: int
@@ -42,19 +42,20 @@ class IngotMessage(StationMessage):
     exposed_monotonic_s : float
         Moment of exposure on this machine's monotonic clock.
     elapsed_ms : float
-        Time that reading the picture took.
+        Computing time of the reading.
     dropped : int
         Pictures and messages discarded since the process started.
     simulated : bool
+        Whether the pictures come from a simulation or a recording.
     reading : OrientationReading
-        What this picture alone says.
+        Of this picture alone.
     current : IngotVerdict or None
-        What is known of the ingot on the line.
+        Of the ingot on the line; None without an ingot.
     told : tuple of IngotVerdict
-        The last ingots that were decided or left undecided, oldest first; the same ones come again, so that none is
-        lost with a message.
+        The last ingots that were decided or left undecided, oldest first. Each message repeats them, so that no ingot
+        is lost with a message.
     faults : dict of str to str
-        Faults that leave the picture standing, by name, with what exactly is wrong.
+        Faults with which the reading is still served: names in the fault table, each with its detail.
     """
 
     kind: Literal["ingot"] = "ingot"

@@ -1,4 +1,4 @@
-"""Reads a recording of the ingot line and writes what it found, frames and ingots, as JSON lines or CSV."""
+"""Reads the orientation of ingots in a recording and writes frames and ingots as JSON lines or CSV."""
 
 import math
 from pathlib import Path
@@ -57,7 +57,7 @@ def orient_recording(
             reader = reader or make_reader(settings, view, picture)
             reading = reader.read(picture)
             write(frame_row(frame, reading))
-            for decision in follower.take(frame, reading):
+            for decision in follower.add(frame, reading):
                 write(ingot_row(decision))
             if pictures is not None:
                 pictures.add(frame, picture, reading, follower.current)
@@ -68,13 +68,20 @@ def orient_recording(
 
 
 def frame_row(frame: int, reading: OrientationReading) -> Row:
-    """One reading as it stands in the file; None where there is no value."""
+    """Row of one reading; None for no value.
+
+    Parameters
+    ----------
+    frame : int
+        Number of the frame.
+    reading : OrientationReading
+    """
     values: Row = {"frame": frame} | {name: _or_none(getattr(reading, name)) for name in FRAME_FIELDS}
     return values | {"reasons": reading.reasons.names}
 
 
 def ingot_row(decision: IngotDecision) -> Row:
-    """One ingot as it stands in the file."""
+    """Row of one ingot."""
     values: Row = {name: _or_none(getattr(decision, name)) for name in INGOT_FIELDS}
     return values | {"confidence": round(decision.confidence, 3)}
 

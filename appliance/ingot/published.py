@@ -1,4 +1,4 @@
-"""What the ingot station puts into the registers: the ingot on the line, and the last ingots for slow PLCs."""
+"""Registers of the ingot station: the ingot on the line, and a ring of the last ingots for PLCs that poll slowly."""
 
 from appliance.ingot.message import IngotMessage, IngotVerdict
 from plc.codes import Orientation, Validity
@@ -7,24 +7,25 @@ from plc.rows import Value
 from vision.reasons import IngotReason
 
 ORIENTATION_CODES = {"top": Orientation.TOP, "bottom": Orientation.BOTTOM, "undecided": Orientation.UNDECIDED}
-AGE_LARGEST_MS = 0xFFFFFFFE  # one more is "no value"
+GONE_PICTURES = 5  # without an end, in a row: chosen, as the follower's `gone_frames`; one picture may miss an end
+LARGEST_AGE_MS = 0xFFFFFFFE  # largest age in a u32; 0xFFFFFFFF is "no value"
 
 
 class IngotPublication:
-    """The newest picture of the ingot station and what of it may be served.
+    """The newest message of the ingot station, and whether it may be served.
 
     Parameters
     ----------
     stale_after_ms : int
-        Age from which a picture says nothing any more.
+        Age above which a picture is no longer served.
 
     Attributes
     ----------
     stale_after_ms : int
     simulated : bool
-        Whether the pictures are of a simulated line or of a recording.
+        Whether the pictures come from a simulation or a recording.
     stale : bool
-        Whether there is a picture and it was too old to stand at the last `update`.
+        Whether there was a picture at the last `update`, older than `stale_after_ms`.
     """
 
     def __init__(self, stale_after_ms: int) -> None:
@@ -39,28 +40,40 @@ class IngotPublication:
         self._before = 0  # ingots of the processes that have ended
         self._ingots = 0
         self._published = 0  # number of the newest ingot in the ring
+        self._top_lies = False
+        self._empty_pictures = 0
         self._index = 0
         self._ring: dict[str, Value] = {}
 
-    def add(self, message: IngotMessage) -> None:
-        """Let a new picture stand in place of the one before; `update` says what of it may be served."""
+    def add(self, message: IngotMessage) -> dict[int, IngotVerdict]:
+        """Replace the newest picture; `update` decides whether it may be served.
+
+        Returns
+        -------
+        dict of int to IngotVerdict
+            What is told for the first time, by number of the ingot since the start of the appliance.
+        """
         self._newest = message
         self.simulated = message.simulated
+        told: dict[int, IngotVerdict] = {}
         for verdict in message.told:
             if self._before + verdict.ingot > self._published:
                 self._write(verdict)
+                told[self._published] = verdict
         if message.current is not None:
             self._ingots = max(self._ingots, self._before + message.current.ingot)
+        self._watch_top(message)
+        return told
 
     def withdraw(self, reason: IngotReason, *, restarted: bool) -> None:
-        """Let no picture stand.
+        """Serve no picture until the next `add`.
 
         Parameters
         ----------
         reason : IngotReason
-            Why.
+            Stands in the reason word.
         restarted : bool
-            A new process counts its ingots from 1 again.
+            Whether the process has ended; the next one counts its ingots from 1 again.
         """
         self._newest = None
         self._without_picture = reason
@@ -68,12 +81,12 @@ class IngotPublication:
             self._before = self._published = self._ingots
 
     def update(self, now_s: float, *, held: bool) -> None:
-        """Decide what may be served at one moment.
+        """Decide what may be served at `now_s`.
 
         Parameters
         ----------
         now_s : float
-            Monotonic time of the swap.
+            Monotonic time at which the registers are published.
         held : bool
             The PLC holds the gauge: nothing is served.
         """
@@ -86,9 +99,21 @@ class IngotPublication:
 
     @property
     def wrong_orientation(self) -> bool:
-        """Whether the ingot on the line was decided to show its top."""
-        current = self._standing.current if self._standing is not None else None
-        return current is not None and current.orientation == "top"
+        """Whether an ingot that was decided to show its top lies on the line, as far as anybody knows.
+
+        A camera that is lost, a stale picture or a new process says nothing of the ingot: it ends with pictures that
+        show the line empty, or with an ingot that is decided to show its bottom.
+        """
+        return self._top_lies
+
+    def _watch_top(self, message: IngotMessage) -> None:
+        orientation = message.current.orientation if message.current is not None else None
+        empty = message.current is None and not message.reading.present
+        self._empty_pictures = self._empty_pictures + 1 if empty else 0
+        if orientation == "top":
+            self._top_lies = True
+        elif orientation == "bottom" or self._empty_pictures >= GONE_PICTURES:
+            self._top_lies = False
 
     def values(self) -> dict[str, Value]:
         """Values of the registers at the last `update`, by name; None and NaN are "no value"."""
@@ -98,7 +123,7 @@ class IngotPublication:
             "ingot_ring_index": self._index,
         }
         if self._newest is not None:
-            values["ingot_age"] = min(round(self._age_ms), AGE_LARGEST_MS)
+            values["ingot_age"] = min(round(self._age_ms), LARGEST_AGE_MS)
         if self._standing is not None:
             reading = self._standing.reading
             values |= {"ssim_top": reading.ssim_top, "ssim_bottom": reading.ssim_bottom}

@@ -1,4 +1,4 @@
-"""The ingot reader as the appliance sets it up: references and regions from a folder, limits from the settings."""
+"""Makes the ingot reader: references and regions from a folder, limits from the settings."""
 
 import json
 from pathlib import Path
@@ -7,7 +7,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from appliance.cameras.recording.pairs import read_picture
+from appliance.cameras.recording.picture_file import read_picture
 from appliance.cameras.source import CameraError
 from appliance.errors import HotgaugeError
 from appliance.ingot.settings import IngotDecisionSettings, IngotLimits, IngotSettings
@@ -17,7 +17,8 @@ from vision.ingot.sequential_decision import DecisionRule
 
 Picture = NDArray[np.uint8]
 
-# Where nothing says it: shares (x, y, width, height) of the picture, for a line that runs up its middle.
+# chosen: defaults without roi.json and settings; x, y, width, height as shares of the picture, for a line that runs
+# up its middle
 CROP_SHARE = (0.25, 0.2, 0.5, 0.8)
 CENTROID_SHARE = (0.33, 0.3, 0.34, 0.55)
 
@@ -35,7 +36,7 @@ def load_view(folder: Path) -> IngotView:
         A file is missing, unreadable or malformed.
     """
     try:
-        top, bottom = (read_picture(folder / name) for name in ("top.png", "bottom.png"))
+        top, bottom = (read_picture(folder / name).shown for name in ("top.png", "bottom.png"))
     except CameraError as error:
         raise ReferencesError(f"{error}; references are top.png and bottom.png") from error
     return IngotView(References(top, bottom), *_regions(folder / "roi.json"))
@@ -63,7 +64,15 @@ def _box(numbers: object) -> Box:
 
 
 def make_reader(settings: IngotSettings, view: IngotView, picture: Picture) -> OrientationReader:
-    """Reader for pictures like this one.
+    """Make the reader for pictures of this size.
+
+    Parameters
+    ----------
+    settings : IngotSettings
+    view : IngotView
+        References, and regions if there are any.
+    picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        One of the pictures to be read.
 
     Raises
     ------
@@ -105,7 +114,7 @@ def _limits(settings: IngotLimits, columns: int) -> EndLimits:
 
 
 def decision_rule(settings: IngotDecisionSettings) -> DecisionRule:
-    """The rule of the settings; percent there, parts of one here."""
+    """Make the rule of decision; probabilities are percent in the settings and parts of one in the rule."""
     return DecisionRule(
         false_alarm=settings.false_alarm / 100,
         missed=settings.missed / 100,

@@ -1,4 +1,4 @@
-"""What the ingot station tells the supervisor of each picture, and of the last ingots."""
+"""Makes the ingot station's message of each picture, with the last decisions on ingots."""
 
 import collections
 import math
@@ -12,11 +12,12 @@ from appliance.ingot.settings import IngotSettings
 from vision.ingot.sequential_decision import IngotDecision, IngotFollower
 from vision.readings import OrientationReading
 
-TOLD_AGAIN = 4  # ingots: more are not decided in the time of a few lost messages
+REPEATED_DECISIONS = 4  # chosen: each message repeats the last 4 decisions, so a few lost messages lose no ingot
+UNSEEN_S = 3.0  # without a picture: chosen, shorter than a crane takes to exchange an ingot
 
 
 class IngotReporter:
-    """Follows the ingots of one camera and says what the supervisor must know.
+    """Follows the ingots of one camera from picture to picture and makes the messages for the supervisor.
 
     Parameters
     ----------
@@ -25,12 +26,13 @@ class IngotReporter:
 
     def __init__(self, settings: IngotSettings) -> None:
         self._follower = IngotFollower(decision_rule(settings.decision))
-        self._told: collections.deque[IngotVerdict] = collections.deque(maxlen=TOLD_AGAIN)
+        self._seen_s = math.inf  # before the first picture nothing is missed
+        self._decided: collections.deque[IngotVerdict] = collections.deque(maxlen=REPEATED_DECISIONS)
 
     def report(
         self, frame: Frame, reading: OrientationReading, elapsed_ms: float, *, dropped: int, simulated: bool
     ) -> IngotMessage:
-        """What is said of one picture.
+        """Make the message of one picture.
 
         Parameters
         ----------
@@ -38,14 +40,15 @@ class IngotReporter:
         reading : OrientationReading
             Of that picture.
         elapsed_ms : float
-            Time that reading took.
+            Computing time of the reading.
         dropped : int
-            Messages discarded so far.
+            Messages discarded since the process started.
         simulated : bool
+            Whether the pictures come from a simulation or a recording.
         """
         now_ms = utc_ms(time.monotonic())
-        for decision in self._follower.take(frame.sequence, reading):
-            self._told.append(_verdict(decision, now_ms))
+        decisions = self._end_unseen(frame.exposed_monotonic_s) + self._follower.add(frame.sequence, reading)
+        self._decided.extend(_verdict(decision, now_ms) for decision in decisions)
         current = self._follower.current
         return IngotMessage(
             sequence=frame.sequence,
@@ -55,8 +58,13 @@ class IngotReporter:
             simulated=simulated,
             reading=reading,
             current=None if current is None else _verdict(current, now_ms),
-            told=tuple(self._told),
+            told=tuple(self._decided),
         )
+
+    def _end_unseen(self, exposed_s: float) -> list[IngotDecision]:
+        """End the ingot when the camera was away for so long that another one may lie there."""
+        unseen_s, self._seen_s = exposed_s - self._seen_s, exposed_s
+        return self._follower.end() if unseen_s > UNSEEN_S else []
 
 
 def _verdict(decision: IngotDecision, now_ms: int) -> IngotVerdict:

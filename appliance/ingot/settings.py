@@ -22,7 +22,7 @@ Box = Annotated[list[int], AfterValidator(_unset_or_box)]
 
 
 class IngotLimits(Section):
-    """What an ingot's end on the line may look like."""
+    """Limits of size, tilt, length and colour of an ingot's end on the line."""
 
     radius_min_px: float = Field(
         default=0,
@@ -68,7 +68,7 @@ class IngotLimits(Section):
 
 
 class IngotDecisionSettings(Section):
-    """When an ingot is decided."""
+    """Error probabilities and counts of the sequential test that decides an ingot."""
 
     false_alarm: float = Field(
         default=0.01,

@@ -15,40 +15,40 @@ from appliance.ingot.reporter import IngotReporter
 from appliance.ingot.settings import IngotSettings
 from appliance.processes.link import StationLink
 from appliance.processes.message import StateMessage
-from appliance.processes.station_process import fault, serve, tell_lost
+from appliance.processes.station_process import fault, report_rejected, serve
 from vision.ingot.orientation_reader import IngotView, OrientationReader
 
-PICTURE_TIMEOUT_S = 0.2
-PAUSE_S = 1.0
+PICTURE_TIMEOUT_S = 0.2  # chosen
+RETRY_PAUSE_S = 1.0  # chosen: pause after equipment trouble
 
 
 def main() -> None:
-    """Read pictures until the supervisor closes the link, or is gone."""
+    """Read pictures until the supervisor closes the link or dies."""
     serve(TypeAdapter(IngotSettings), run)
 
 
 def run(settings: IngotSettings, link: StationLink, closed: threading.Event) -> None:
-    """Read pictures until `closed`; equipment trouble is reported and tried again after a pause.
+    """Read pictures until `closed`; equipment trouble is reported, and reading starts again after RETRY_PAUSE_S.
 
     Parameters
     ----------
     settings : IngotSettings
     link : StationLink
     closed : threading.Event
-        Set when nobody listens any more.
+        Set when the link is closed.
     """
     ingots = IngotReporter(settings)
     while not closed.is_set():
         try:
             _read(settings, ingots, link, closed)
         except EndOfRecording as error:
-            while not closed.wait(PAUSE_S):
+            while not closed.wait(RETRY_PAUSE_S):
                 link.send(fault("recording_over", str(error)))
         except CameraError as error:
             link.send(fault(error.fault, str(error)))
         except ReferencesError as error:
             link.send(fault("references_unusable", str(error)))
-        closed.wait(PAUSE_S)
+        closed.wait(RETRY_PAUSE_S)
 
 
 def _read(settings: IngotSettings, ingots: "IngotReporter", link: StationLink, closed: threading.Event) -> None:
@@ -60,9 +60,9 @@ def _read(settings: IngotSettings, ingots: "IngotReporter", link: StationLink, c
         liveness = Liveness(settings.liveness, time.monotonic(), numbered=source.simulated)
         while not closed.is_set():
             frame = source.next(PICTURE_TIMEOUT_S)
-            verdict = liveness.look(frame and Exposure.of(frame), time.monotonic())
+            verdict = liveness.judge(frame and Exposure.from_source(frame), time.monotonic())
             if frame is None or not verdict.counts:
-                tell_lost(verdict, link, opens_again=not source.simulated)
+                report_rejected(verdict, link, opens_again=not source.simulated)
                 continue
             reader = reader or make_reader(settings, view, frame.picture)
             started_s = time.perf_counter()
@@ -73,7 +73,7 @@ def _read(settings: IngotSettings, ingots: "IngotReporter", link: StationLink, c
 
 
 def _view(settings: IngotSettings) -> IngotView:
-    """References and regions from their folder, or those that the camera has by itself."""
+    """References and regions from the folder of the settings, else the simulated camera's own."""
     if settings.references is not None:
         return load_view(settings.references)
     draw = settings.camera.own_ingot_view()

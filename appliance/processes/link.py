@@ -1,11 +1,11 @@
-"""The measuring process's end of the link to the supervisor: small messages, one JSON line each, no images.
+"""The measuring process's end of the link to the supervisor: one JSON line for each message, no images.
 
-The supervisor may read any number of them late and the process may die in the middle of one; neither may
-stop the other. So the process never waits on the link (what cannot be sent is dropped and counted), and the
-supervisor uses the newest.
+Sending never waits. A message that does not fit into the socket's buffer is dropped and counted, so a supervisor that
+reads late never delays a measurement; the supervisor uses the newest message.
 """
 
 import socket
+import threading
 
 from appliance.processes.message import StationMessage
 
@@ -16,7 +16,7 @@ class StationLink:
     Parameters
     ----------
     connection : socket.socket
-        Connected stream socket; its receiving side stays untouched.
+        Connected stream socket; nothing is read from it here.
 
     Attributes
     ----------
@@ -27,16 +27,18 @@ class StationLink:
     def __init__(self, connection: socket.socket) -> None:
         self.dropped = 0
         self._connection = connection
+        self._one_at_a_time = threading.Lock()  # `warming` is sent from a thread of its own
         self._unsent = b""
 
     def send(self, message: StationMessage) -> None:
         """Send a message now or drop it; never waits, never raises when the other side is gone."""
-        self._flush()
-        if self._unsent:
-            self.dropped += 1
-            return
-        self._unsent = message.model_dump_json().encode() + b"\n"
-        self._flush()
+        with self._one_at_a_time:
+            self._flush()
+            if self._unsent:
+                self.dropped += 1
+                return
+            self._unsent = message.model_dump_json().encode() + b"\n"
+            self._flush()
 
     def _flush(self) -> None:
         if not self._unsent:
@@ -44,5 +46,5 @@ class StationLink:
         try:
             sent = self._connection.send(self._unsent, socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL)
         except OSError:
-            return  # full, or the supervisor is gone: the thread that watches the link then ends this process
+            return  # the buffer is full, or the supervisor is gone (`station_process` then ends this process)
         self._unsent = self._unsent[sent:]

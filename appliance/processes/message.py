@@ -6,7 +6,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, TypeAdapter
 
 
 class StationMessage(BaseModel):
-    """What every message has: no unknown fields, no numbers that are not finite, not changed once it is made."""
+    """Base of all messages: unknown fields and numbers that are not finite are refused; a message never changes."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -17,8 +17,9 @@ class StateMessage(StationMessage):
     Attributes
     ----------
     state : str
-        `starting`: the settings can be used, readings will follow; `warming`: code is compiled, which may last longer
-        than silence is allowed, and nothing is known yet of the cameras; `faulty`: no readings, because of `fault`.
+        `starting`: the settings can be used and readings follow. `warming`: code is being compiled, which may last
+        longer than the supervisor's limit of silence; the cameras are not open yet. `faulty`: `fault` prevents
+        readings.
     fault : str
         Name in the fault table; empty without a fault.
     detail : str
@@ -37,11 +38,11 @@ Messages = TypeAdapter[StateMessage | MessageT]
 
 
 def _without_nulls(fields: object) -> object:
-    """Leave out what is null: JSON has no NaN, and a field that is missing has its default, which is NaN."""
+    """Drop fields that are null, so that each has its default, NaN: JSON has no NaN."""
     if not isinstance(fields, dict):
         return fields
     return {name: value for name, value in cast("dict[str, object]", fields).items() if value is not None}
 
 
 NAN_AS_NULL = BeforeValidator(_without_nulls)
-"""Marks a reading inside a message; its values that do not exist are NaN here and null on the link."""
+"""Marks a reading inside a message: a value that is missing is NaN in Python and null on the link."""

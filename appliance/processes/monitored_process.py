@@ -1,7 +1,7 @@
-"""Starts a measuring process, listens to it, and starts it again when it ends, for whatever reason.
+"""Starts a measuring process, receives its messages, and restarts it whenever it ends.
 
-One that keeps ending is tried again at long intervals, and that is a state of its own until a process has run well
-for a while.
+After `ENDS_BEFORE_FAILING` ends in a row the station is `failing`: it is restarted every `FAILING_PAUSE_S` until a
+process has sent readings for `GOOD_RUN_TIME_S`.
 """
 
 import asyncio
@@ -17,14 +17,14 @@ from typing import Generic, Literal, NamedTuple
 from appliance.processes.message import Messages, MessageT, StateMessage
 from appliance.processes.resource_limits import EXIT_OUT_OF_MEMORY
 
-SILENCE_LIMIT_S = 4.0  # after a reading: the next one, or a fault, comes long before
-START_LIMIT_S = 60.0  # opening cameras, compiling, a first calibration, all on a busy computer
-LEAVE_TIME_S = 2.5  # a process leaves by itself when its link closes; it gives itself 2 s
-PAUSE_FIRST_S = 0.2
-PAUSE_LONGEST_S = 3.0
-ENDS_IN_ROW = 5  # from here on the station is failing
-COOL_DOWN_S = 30.0
-GOOD_RUN_S = 30.0
+SILENCE_LIMIT_S = 4.0  # chosen: a process that sends nothing for so long after a reading hangs and is ended
+START_LIMIT_S = 60.0  # chosen: cameras open and a simulated rig calibrates within it, on a busy computer too
+LEAVE_TIME_S = 2.5  # a process ends itself within 2 s of its link's close (`station_process`); then it is killed
+FIRST_PAUSE_S = 0.2  # chosen: before the first restart; each further one in a row waits twice as long
+LONGEST_PAUSE_S = 3.0  # chosen
+ENDS_BEFORE_FAILING = 5  # chosen: ends in a row, the last of which makes the station `failing`
+FAILING_PAUSE_S = 30.0  # chosen
+GOOD_RUN_TIME_S = 30.0  # chosen: readings for so long end `failing`, and the count of ends begins anew
 
 
 class Health(NamedTuple):
@@ -33,12 +33,12 @@ class Health(NamedTuple):
     Attributes
     ----------
     state : {"running", "restarting", "failing"}
-        `running`: readings come; `restarting`: it ended and is started again; `failing`: it keeps ending, is tried
-        again at long intervals, or has not yet run well for long enough after that.
+        `running`: readings come. `restarting`: the process ended and is started again at once. `failing`: it ended
+        `ENDS_BEFORE_FAILING` times in a row and has not sent readings for `GOOD_RUN_TIME_S` since.
     ended : bool
         Whether a process has just ended.
     detail : str
-        Why it ended, and when the next one is started.
+        Why the process ended; with `failing` also when the next one starts.
     """
 
     state: Literal["running", "restarting", "failing"]
@@ -54,13 +54,13 @@ class MonitoredProcess(Generic[MessageT]):
     module : str
         Python module that is run, with the number of its link's file descriptor as argument.
     settings_json : str
-        One line, sent over the link first.
+        Settings of the station; the first line on the link.
     messages : TypeAdapter
         Reads the lines that the process sends.
     on_message : callable
-        Gets each message as soon as it is there.
+        Receives each message when it arrives.
     on_health : callable
-        Gets the state of the process whenever it changes, and each time that a process ends.
+        Receives the state of the process when it changes, and each time that a process ends.
     """
 
     def __init__(
@@ -91,37 +91,39 @@ class MonitoredProcess(Generic[MessageT]):
             except asyncio.CancelledError:
                 if (task := asyncio.current_task()) and task.cancelling():
                     raise
-                self._ends = 0  # the process was cancelled and not `run`: it has new settings
-                self._tell("restarting", ended=True, detail="the measuring process is started with new settings")
+                self._ends = 0  # `renew` has cancelled the process, not the caller `run`
+                self._report("restarting", ended=True, detail="the measuring process is started with new settings")
                 continue
             await asyncio.sleep(self._count_end(reason))
 
     def renew(self, settings_json: str) -> None:
         """End the process and start one with other settings."""
         self._settings_json = settings_json
-        if self._life is not None and not self._life.done():  # else the next one has them anyway
+        if self._life is not None and not self._life.done():  # between two processes the next start uses them
             self._life.cancel()
 
     def _count_end(self, reason: str) -> float:
-        """Tell of an end; the time to wait before the next start."""
+        """Report an end and return the pause before the next start, seconds."""
         self._ends = 1 if self._runs_well() else self._ends + 1
-        if self._ends >= ENDS_IN_ROW:
-            self._tell("failing", ended=True, detail=f"{reason}, {self._ends} times; next try in {COOL_DOWN_S:.0f} s")
-            return COOL_DOWN_S
-        self._tell("restarting", ended=True, detail=reason)
-        return min(PAUSE_FIRST_S * 2 ** (self._ends - 1), PAUSE_LONGEST_S)
+        if self._ends >= ENDS_BEFORE_FAILING:
+            self._report(
+                "failing", ended=True, detail=f"{reason}, {self._ends} times; next try in {FAILING_PAUSE_S:.0f} s"
+            )
+            return FAILING_PAUSE_S
+        self._report("restarting", ended=True, detail=reason)
+        return min(FIRST_PAUSE_S * 2 ** (self._ends - 1), LONGEST_PAUSE_S)
 
     def _receive(self, message: StateMessage | MessageT) -> None:
         if not isinstance(message, StateMessage):
             self._measures_since_s = min(self._measures_since_s, time.monotonic())
             if self._state != "failing" or self._runs_well():
-                self._tell("running")
+                self._report("running")
         self._on_message(message)
 
     def _runs_well(self) -> bool:
-        return time.monotonic() - self._measures_since_s > GOOD_RUN_S
+        return time.monotonic() - self._measures_since_s > GOOD_RUN_TIME_S
 
-    def _tell(
+    def _report(
         self, state: Literal["running", "restarting", "failing"], *, ended: bool = False, detail: str = ""
     ) -> None:
         if ended or state != self._state:
@@ -129,7 +131,7 @@ class MonitoredProcess(Generic[MessageT]):
             self._on_health(Health(state, ended, detail))
 
     async def _live(self) -> str:
-        """Run one process to its end; why it ended."""
+        """Run one process to its end and return why it ended."""
         ours, theirs = socket.socketpair()
         with ours, theirs:
             try:
@@ -148,7 +150,7 @@ class MonitoredProcess(Generic[MessageT]):
 
 
 async def _start(module: str, link: int) -> Process:
-    # away from the terminal: Ctrl-C on a terminal ends the supervisor only, and that closes the link
+    # in a process group of its own: Ctrl-C ends only the supervisor, which closes the link and so ends the station
     return await asyncio.create_subprocess_exec(
         sys.executable, "-P", "-m", module, str(link),
         pass_fds=(link,), stdin=DEVNULL, stdout=DEVNULL, start_new_session=True,
@@ -164,11 +166,11 @@ async def _listen(
     heard_s = time.monotonic()
     try:
         while True:
-            # not `wait_for`, which forgets that it was cancelled when a line comes in the same moment
+            # `timeout`, because `wait_for` swallows a cancellation that coincides with an incoming line
             async with asyncio.timeout(heard_s + limit_s - time.monotonic()):
                 line = await reader.readline()
             if not line.endswith(b"\n"):
-                return "the measuring process ended"  # a half-written last line is no message
+                return "the measuring process ended"  # a last line without its end is discarded
             message = messages.validate_json(line)
             on_message(message)
             measures = not isinstance(message, StateMessage)

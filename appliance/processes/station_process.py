@@ -1,4 +1,4 @@
-"""What all station processes have in common: a link whose first line holds the settings, and an end with the link.
+"""Main loop that all station processes share: settings are the first line of the link, and its close ends the process.
 
 The supervisor runs `python -m appliance.NAME.station DESCRIPTOR`; the descriptor is a connected socket.
 """
@@ -20,16 +20,16 @@ from appliance.processes.link import StationLink
 from appliance.processes.message import StateMessage
 from appliance.processes.resource_limits import EXIT_OUT_OF_MEMORY, limit_process
 
-LEAVE_TIME_S = 2.0
-REOPEN_AFTER_S = 5.0  # cameras whose pictures have not counted for so long are opened again
+LEAVE_TIME_S = 2.0  # chosen: a loop that has not returned so long after the link's close hangs; the process exits
+REOPEN_AFTER_S = 5.0  # chosen: cameras whose frames were rejected for longer are closed and opened again
 
 
 class StationSettings(Protocol):
-    """What every station's settings hold, whatever it measures."""
+    """Settings that every station has."""
 
     @property
     def memory_max_mb(self) -> int:
-        """Memory of the process, MB, above which it ends."""
+        """Memory of the process, MB; above it the process ends and is started again."""
         ...
 
 
@@ -39,14 +39,14 @@ SettingsT = TypeVar("SettingsT", bound=StationSettings)
 def serve(
     settings_type: TypeAdapter[SettingsT], run: Callable[[SettingsT, StationLink, threading.Event], None]
 ) -> None:
-    """Measure until the supervisor closes the link, or is gone.
+    """Run a station until the supervisor closes the link or dies.
 
     Parameters
     ----------
     settings_type : TypeAdapter
-        Of the section that the first line of the link holds.
+        Reads the settings from the first line of the link.
     run : callable
-        Gets the settings, the link, and an event that is set when nobody listens any more.
+        Receives the settings, the link, and an event that is set when the link is closed.
     """
     connection = socket.socket(fileno=int(sys.argv[1]))
     with connection, connection.makefile("rb") as lines:
@@ -57,26 +57,48 @@ def serve(
         try:
             run(settings, StationLink(connection), closed)
         except MemoryError:
-            os._exit(EXIT_OUT_OF_MEMORY)  # tidying up needs memory too
+            os._exit(EXIT_OUT_OF_MEMORY)  # an orderly exit would need memory
 
 
 def _wait_for_close(connection: socket.socket, closed: threading.Event) -> None:
-    with contextlib.suppress(ConnectionError):  # reset: the supervisor died with messages that it had not read
+    with contextlib.suppress(ConnectionError):  # reset: the supervisor died with unread messages
         while connection.recv(1):
             pass
     closed.set()
     time.sleep(LEAVE_TIME_S)
-    os._exit(1)  # still here: the loop hangs in a camera or in native code, and nobody listens any more
+    os._exit(1)  # the loop has not returned: it hangs in a camera driver or in native code
 
 
 def fault(name: str, detail: str) -> StateMessage:
-    """Message of a fault of the fault table."""
+    """Make the message of a fault.
+
+    Parameters
+    ----------
+    name : str
+        Name in the fault table.
+    detail : str
+        One sentence: what, where and what to do.
+    """
     return StateMessage(state="faulty", fault=name, detail=detail)
 
 
-def tell_lost(verdict: Verdict, link: StationLink, *, opens_again: bool) -> None:
-    """Tell what is wrong with pictures that do not count; cameras are opened again for it after a while."""
+def report_rejected(verdict: Verdict, link: StationLink, *, opens_again: bool) -> None:
+    """Report why frames are rejected; after REOPEN_AFTER_S raise CameraError so that the caller reopens the cameras.
+
+    Parameters
+    ----------
+    verdict : Verdict
+        Of a frame that does not count.
+    link : StationLink
+    opens_again : bool
+        Whether reopening can help. False for recordings, which would start from their first frame each time.
+
+    Raises
+    ------
+    CameraError
+        Frames have been rejected for more than REOPEN_AFTER_S.
+    """
     for name, detail in verdict.faults.items():
-        if opens_again and verdict.lost_s > REOPEN_AFTER_S:  # a recording would begin anew and never end
+        if opens_again and verdict.lost_s > REOPEN_AFTER_S:
             raise CameraError(detail, name)
         link.send(fault(name, detail))

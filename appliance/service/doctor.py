@@ -1,4 +1,4 @@
-"""Checks what somebody who sets the gauge up would check, one after the other; nothing is changed."""
+"""Checks settings, scale, cameras, port, service, disk, cache and memory of an installation; changes nothing."""
 
 import asyncio
 import errno
@@ -20,8 +20,8 @@ from appliance.sizing.method import ScaleError
 from appliance.supervisor.self_check import SelfCheck
 from appliance.supervisor.settings import Settings, load, state_folder
 
-PICTURE_WITHIN_S = 10.0
-FREE_MB_MIN = 200
+PICTURE_TIMEOUT_S = 10.0  # chosen
+LEAST_FREE_SPACE_MB = 200  # chosen: of a disk; and memory that must remain beside the sizing station's
 
 
 class Check(NamedTuple):
@@ -31,9 +31,9 @@ class Check(NamedTuple):
     ----------
     name : str
     verdict : {"good", "note", "BAD"}
-        `note`: works as it is, but somebody should know.
+        `note`: the gauge works, with a restriction that the text names.
     text : str
-        What was found, and what to do about it.
+        What was found, and what to do.
     """
 
     name: str
@@ -45,7 +45,7 @@ class Check(NamedTuple):
 
 
 def examine(config: Path | None) -> Iterator[Check]:
-    """All checks, each as soon as it is done; without usable settings there is only the first.
+    """Yield each check when it is done; if the settings cannot be used, theirs is the only one.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def examine(config: Path | None) -> Iterator[Check]:
 
 
 def _scale(settings: Settings) -> Check:
-    """What makes millimetres of pixels, as the sizing method has it."""
+    """Rig file or empty line of the sizing method."""
     return Check(*settings.sizing.check_scale())
 
 
@@ -73,10 +73,10 @@ def _cameras(settings: Settings) -> Check:
     kind = sizing.camera.kind
     try:
         with sizing.make_source() as source:
-            exposed = source.next(PICTURE_WITHIN_S)
+            exposed = source.next(PICTURE_TIMEOUT_S)
         if exposed is None:
-            return Check("cameras", "BAD", f"{kind}: no pictures within {PICTURE_WITHIN_S:.0f} s; check the cameras")
-        pictures = Exposure.of(exposed).pictures
+            return Check("cameras", "BAD", f"{kind}: no pictures within {PICTURE_TIMEOUT_S:.0f} s; check the cameras")
+        pictures = Exposure.from_source(exposed).pictures
         sizing.check_pictures(pictures)
     except CameraError as error:
         return Check("cameras", "BAD", f"{kind}: {error}")
@@ -139,7 +139,7 @@ def _disk(settings: Settings) -> Check:
 def _cache(_: Settings) -> Check:
     given = os.environ.get("NUMBA_CACHE_DIR")
     if given is None:
-        return _writable("cache", Path(__file__).parent, "compiled code is kept beside the program")
+        return _writable("cache", Path(__file__).parents[1], "compiled code is kept beside the program")
     return _writable("cache", Path(given), "compiled code is kept")
 
 
@@ -150,14 +150,14 @@ def _writable(name: str, folder: Path, what: str) -> Check:
             free_mb = shutil.disk_usage(there).free >> 20
     except OSError as error:
         return Check(name, "BAD", f"{folder}: {error.strerror}; make it writable for the user of the service")
-    if free_mb < FREE_MB_MIN:
-        return Check(name, "BAD", f"{folder}: {free_mb} MB free; make room for {FREE_MB_MIN} MB")
+    if free_mb < LEAST_FREE_SPACE_MB:
+        return Check(name, "BAD", f"{folder}: {free_mb} MB free; make room for {LEAST_FREE_SPACE_MB} MB")
     return Check(name, "good", f"{folder}: {what}, {free_mb} MB free")
 
 
 def _memory(settings: Settings) -> Check:
     there_mb = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") >> 20
-    wanted_mb = settings.sizing.memory_max_mb + FREE_MB_MIN
+    wanted_mb = settings.sizing.memory_max_mb + LEAST_FREE_SPACE_MB
     if there_mb < wanted_mb:
         return Check("memory", "BAD", f"{there_mb} MB; sizing.memory_max_mb needs {wanted_mb} MB with the rest")
     return Check("memory", "good", f"{there_mb} MB")

@@ -1,4 +1,4 @@
-"""Sets a Debian computer up so that the gauge starts with it, and takes it down again."""
+"""Installs the gauge as a systemd service on a Debian computer, and removes it."""
 
 import os
 import shutil
@@ -15,15 +15,15 @@ CONFIG = Path("etc/hotgauge/hotgauge.toml")
 UNIT = Path("etc/systemd/system/hotgauge.service")
 CACHE = Path("var/cache/hotgauge")
 STATE = Path("var/lib/hotgauge")
-HOMES = (Path("/home"), Path("/root"), Path("/run/user"))
+HOME_FOLDERS = (Path("/home"), Path("/root"), Path("/run/user"))
 
 
 class InstallError(HotgaugeError):
-    """The computer cannot be set up or taken down; the message says what, where and what to do."""
+    """The service cannot be installed or removed; the message says what, where and what to do."""
 
 
 class _File(NamedTuple):
-    """A file of the folder `systemd`, and where it belongs."""
+    """A file of the folder `systemd`, and its path below the root."""
 
     source: str
     target: Path
@@ -38,23 +38,23 @@ FILES = (
 
 
 def templates() -> Path:
-    """The folder `systemd` of the source, or the one that was installed with the package."""
-    beside = Path(__file__).parents[1] / "systemd"
+    """The folder `systemd` of the repository, else the one that was installed with the package."""
+    beside = Path(__file__).parents[2] / "systemd"
     return beside if beside.is_dir() else Path(sys.prefix) / "share" / "hotgauge" / "systemd"
 
 
 def install(root: Path) -> Iterator[str]:
-    """Write all files and, on the computer itself, have them take effect; a settings file that is there is kept.
+    """Write all files, then enable and start the service; an existing settings file is kept.
 
     Parameters
     ----------
     root : Path
-        `/`, or a folder that stands for it: then files are written and nothing else is done.
+        `/`; below any other folder only the files are written.
 
     Yields
     ------
     str
-        What has been done, a line each.
+        One line for each step done.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def install(root: Path) -> Iterator[str]:
 
 
 def remove(root: Path) -> Iterator[str]:
-    """Stop the service and remove what `install` wrote; what people or the gauge have written stays and is named.
+    """Stop the service and remove the files of `install`; edited settings and kept set points stay and are named.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def _check_computer() -> None:
             "apt-get install gcc pkg-config libsystemd-dev python3-dev, then pip install 'hotgauge[systemd]'"
         )
     for place in (Path(sys.executable), Path(sys.base_prefix), templates()):
-        if any(place.resolve().is_relative_to(home) for home in HOMES):
+        if any(place.resolve().is_relative_to(home) for home in HOME_FOLDERS):
             raise InstallError(f"{place}: a service sees no home directories; install hotgauge in a venv in /opt")
 
 
@@ -159,7 +159,7 @@ def _delete(path: Path) -> Iterator[str]:
 
 
 def _reload_udev() -> None:
-    if shutil.which("udevadm") is not None:  # a container has none
+    if shutil.which("udevadm") is not None:  # containers lack udev
         subprocess.run(["udevadm", "control", "--reload"], check=False, capture_output=True)
 
 

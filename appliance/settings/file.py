@@ -1,6 +1,6 @@
-"""All settings of the appliance: one TOML file, every field with its text, unit and bounds.
+"""Reads the settings file, TOML, and says in one sentence what is wrong with it.
 
-Every default works without a file. Unknown keys are refused. The table in the documents is derived from here.
+The appliance runs without a file, with the defaults. Unknown keys are refused.
 """
 
 import difflib
@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from appliance.errors import HotgaugeError
+from appliance.settings.masking import mask
 from appliance.settings.table import Kind, SettingRow, as_toml, table
 
 
@@ -30,11 +31,11 @@ def load(path: Path | None, root: type[RootT]) -> RootT:
     path : Path or None
         TOML file; None gives the defaults.
     root : type
-        Section that the whole file is.
+        Type of the whole file's settings.
 
     Returns
     -------
-    The settings, of the type `root`
+    Instance of `root`
 
     Raises
     ------
@@ -44,7 +45,7 @@ def load(path: Path | None, root: type[RootT]) -> RootT:
     if path is None:
         return root()
     try:
-        values = tomllib.loads(path.read_text(encoding="utf-8"))
+        values = tomllib.loads(path.read_text(encoding="utf-8-sig"))
         return root.model_validate(values, context={"folder": path.parent})
     except OSError as error:
         raise SettingsError(f"{path}: {error.strerror}; give an existing TOML file") from error
@@ -53,7 +54,9 @@ def load(path: Path | None, root: type[RootT]) -> RootT:
     except tomllib.TOMLDecodeError as error:
         raise SettingsError(f"{path}: not well-formed TOML: {error}") from error
     except ValidationError as error:
-        raise SettingsError(f"{path}: " + "; ".join(_sentence(detail, root) for detail in error.errors())) from error
+        raise SettingsError(
+            f"{path}: " + "; ".join(mask(_sentence(detail, root)) for detail in error.errors())
+        ) from None
 
 
 def _sentence(detail: ErrorDetails, root: type[BaseModel]) -> str:
@@ -61,18 +64,22 @@ def _sentence(detail: ErrorDetails, root: type[BaseModel]) -> str:
     key, kinds = _place(detail["loc"], rows)
     if detail["type"] == "extra_forbidden":
         return f"{key}: unknown key; {_nearest(key, kinds, rows)}"
+    if detail["type"] == "value_error":
+        return f"{key}: {detail.get('ctx', {}).get('error', detail['msg'])}"
     given = detail["input"]
     if detail["type"].startswith("union_tag"):
         context = detail.get("ctx", {})
         key, given = f"{key}.{context['discriminator'].strip(chr(39))}", context.get("tag")
     here = [row for row in rows if row.key == key and not _elsewhere(row, kinds)]
     allowed = " or ".join(dict.fromkeys(row.allowed for row in here)) or "a [section]"
+    if detail["type"] == "value_error":
+        return f"{key} = {as_toml(given)} cannot be: {detail.get('ctx', {}).get('error')}; give {allowed}"
     missing = detail["type"] in {"missing", "union_tag_not_found"}
-    return f"{key}: missing; give {allowed}" if missing else f"{key} = {as_toml(given)} cannot be; give {allowed}"
+    return f"{key}: missing; give {allowed}" if missing else f"{key} = {as_toml(given)} is not allowed; give {allowed}"
 
 
 def _place(location: tuple[int | str, ...], rows: tuple[SettingRow, ...]) -> tuple[str, tuple[Kind, ...]]:
-    """Key of an error, and the kinds of the sections around it, which stand behind their sections."""
+    """Dotted key of an error, and the kinds of the sections that hold it, outermost first."""
     choosing = {kind.key.rpartition(".")[0]: kind.key for row in rows for kind in row.kinds}
     key, kinds, chosen = "", list[Kind](), False
     for part in map(str, location):
@@ -85,7 +92,7 @@ def _place(location: tuple[int | str, ...], rows: tuple[SettingRow, ...]) -> tup
 
 
 def _elsewhere(row: SettingRow, kinds: tuple[Kind, ...]) -> list[Kind]:
-    """Kinds that a row needs in place of those that are there."""
+    """Kinds that a row needs and that the file sets otherwise."""
     there = dict(kinds)
     return [kind for kind in row.kinds if there.get(kind.key, kind.choice) != kind.choice]
 

@@ -1,4 +1,4 @@
-"""What all sections of the settings file have in common."""
+"""Base of all sections of the settings file, their units, and paths relative to the file."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,13 +7,13 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, JsonValue, Va
 
 
 class Section(BaseModel):
-    """A section: no unknown keys, no values of a wrong type, not changed once it is read."""
+    """A section: unknown keys and values of a wrong type are refused; a section never changes once it is read."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
 def unit(unit: str) -> dict[str, JsonValue]:
-    """What a field's schema says of its unit."""
+    """Entry of a field's JSON schema that holds its unit."""
     return {"unit": unit}
 
 
@@ -22,4 +22,4 @@ def _beside_the_file(path: Path, info: ValidationInfo) -> Path:
 
 
 FilePath = Annotated[Path, Field(strict=False), AfterValidator(_beside_the_file)]
-"""A path; a relative one in a settings file starts from that file's folder."""
+"""A path; in a settings file a relative one starts at that file's folder."""

@@ -8,7 +8,7 @@ from pydantic import BaseModel
 
 
 class Kind(NamedTuple):
-    """A choice between kinds of a section: the key that names the kind, and the kind named."""
+    """Kind of a section: the key that chooses it, as `sizing.camera.kind`, and the choice, as `oak`."""
 
     key: str
     choice: str
@@ -44,12 +44,12 @@ class SettingRow(NamedTuple):
 
     @property
     def kind(self) -> str:
-        """Its kinds in words, as in `conveyor, recording`."""
+        """Choices of `kinds`, as in `conveyor, recording`."""
         return ", ".join(kind.choice for kind in self.kinds)
 
 
 def in_force(settings: BaseModel) -> list[tuple[SettingRow, str]]:
-    """Every setting that counts with these settings, and its value as written in TOML (empty: not set)."""
+    """Settings of the kinds that are chosen, each with its value as written in TOML; empty if it is not set."""
     values = _flat(settings.model_dump(mode="json"), prefix="")
     rows = [row for row in table(type(settings)) if all(values.get(kind.key) == kind.choice for kind in row.kinds)]
     return [(row, as_toml(values[row.key])) for row in rows]
@@ -86,7 +86,7 @@ def _rows(section: _JsonSchema, sections: _JsonSchema, prefix: str, kinds: tuple
 def _rows_of_kinds(
     discriminator: _JsonSchema, sections: _JsonSchema, key: str, kinds: tuple[Kind, ...]
 ) -> Iterator[SettingRow]:
-    """Rows of a section of several kinds; what every kind has alike is one row."""
+    """Rows of a section of several kinds; a row that all kinds share stands once, after those of single kinds."""
     kind_key = f"{key}.{discriminator['propertyName']}"
     by_kind = [
         list(_rows(sections[_section_name(reference)], sections, f"{key}.", (*kinds, Kind(kind_key, choice))))

@@ -1,4 +1,4 @@
-"""Lens blur and sensor: from linear light to the 8-bit picture."""
+"""Lens blur and sensor: from linear light to the picture."""
 
 import math
 from dataclasses import dataclass
@@ -8,19 +8,18 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-Response = Literal["srgb", "linear", "gamma 2.2"]
+from appliance.simulation.coding import jpeg
+from appliance.simulation.response import Response, encode
+
 Light = NDArray[np.float32]
 
 Coding = Literal["lossless", "jpeg 4:4:4", "jpeg 4:2:0"]
 
 LEVELS = 1 << 14
+FINE_LEVELS = (1 << 16) - 1  # of light, for more than 8 bits
 STEP_REACH = 6.0
 STEP_PLACES = np.linspace(-STEP_REACH, STEP_REACH, 4801)
 STEP = np.array([0.5 * math.erfc(-place / math.sqrt(2)) for place in STEP_PLACES])
-SAMPLING: dict[Coding, int] = {
-    "jpeg 4:4:4": cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444,
-    "jpeg 4:2:0": cv2.IMWRITE_JPEG_SAMPLING_FACTOR_420,
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,16 +51,19 @@ class Sensor:
 
     Attributes
     ----------
-    response : str
-        How the 8-bit value follows from light.
+    response : str or ResponseShape
+        How code values follow from light.
     full_well_electrons : float
         Electrons at full scale: the shot noise.
     read_noise_electrons : float
+    bits : int
+        Of a code value.
     """
 
     response: Response = "srgb"
     full_well_electrons: float = 10000.0
     read_noise_electrons: float = 12.0
+    bits: int = 8
 
     def noise(self, light: Light) -> Light:
         """Standard deviation of the noise at each level of light (1 is full scale), in units of full scale."""
@@ -69,27 +71,24 @@ class Sensor:
         variance += np.float32((self.read_noise_electrons / self.full_well_electrons) ** 2)
         return np.sqrt(variance, out=variance)
 
-    def table(self) -> NDArray[np.uint8]:
-        """8-bit value of each of `LEVELS` + 1 equidistant levels of light from 0 to 1."""
-        light = np.linspace(0.0, 1.0, LEVELS + 1)
-        return np.rint(255 * encode(light, self.response)).astype(np.uint8)
+    @property
+    def levels(self) -> int:
+        """Equidistant levels of light above 0, up to full scale, that the response is tabulated at."""
+        return LEVELS if self.bits == 8 else FINE_LEVELS
 
-
-def encode(light: NDArray[np.float64], response: Response) -> NDArray[np.float64]:
-    """Encoded value, 0 to 1, of linear light, 0 to 1; sRGB after IEC 61966-2-1."""
-    if response == "linear":
-        return light
-    if response == "gamma 2.2":
-        return light ** (1 / 2.2)
-    return np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+    def table(self) -> NDArray[np.uint8] | NDArray[np.uint16]:
+        """Code value of each of `levels` + 1 levels of light from 0 to 1."""
+        light = np.linspace(0.0, 1.0, self.levels + 1)
+        values = np.rint(((1 << self.bits) - 1) * encode(light, self.response))
+        return values.astype(np.uint8) if self.bits == 8 else values.astype(np.uint16)
 
 
 def coded(picture: NDArray[np.uint8], coding: Coding, quality: int = 92) -> NDArray[np.uint8]:
     """Blue-green-red picture as it comes back from its coding; 4:2:0 halves the colour's resolution."""
     if coding == "lossless":
         return picture
-    options = [cv2.IMWRITE_JPEG_QUALITY, quality, cv2.IMWRITE_JPEG_SAMPLING_FACTOR, SAMPLING[coding]]
-    return np.asarray(cv2.imdecode(cv2.imencode(".jpg", picture, options)[1], cv2.IMREAD_COLOR), np.uint8)
+    data = jpeg(picture, quality, "4:4:4" if coding == "jpeg 4:4:4" else "4:2:0")
+    return np.asarray(cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR), np.uint8)
 
 
 def blurred_step(place: NDArray[np.floating]) -> Light:

@@ -1,1 +1,1 @@
-"""The sizing station: its process, what it says, what is published of it; a folder for each method."""
+"""The sizing station: its process, its messages, its registers; a folder for each method."""

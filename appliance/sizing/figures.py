@@ -1,4 +1,4 @@
-"""What all plots of readings have in common: the plotting library, its absence, marks of frames without a value."""
+"""Shared parts of all plots of readings: the plotting library, its absence, marks of frames without a value."""
 
 from typing import Any
 
@@ -16,7 +16,7 @@ class PlotsMissingError(HotgaugeError):
 def figure_class() -> Any:  # its stubs leave most argument types open
     """Class of the plotting library's figures; raises `PlotsMissingError`."""
     try:
-        from matplotlib.figure import Figure  # noqa: PLC0415  200 ms that only plots are worth
+        from matplotlib.figure import Figure  # noqa: PLC0415  takes 200 ms, which only plots need
     except ImportError as error:
         raise PlotsMissingError(
             "--plot: plots need Matplotlib, which is not installed; install it with: pip install 'hotgauge[plots]'"
@@ -25,5 +25,12 @@ def figure_class() -> Any:  # its stubs leave most argument types open
 
 
 def mark_frames(axes: Any, frames: list[int]) -> None:
-    """Mark frames without a value at the foot of a plot over frames."""
+    """Mark frames without a value at the foot of a plot.
+
+    Parameters
+    ----------
+    axes : Axes
+        With frame numbers along x.
+    frames : list of int
+    """
     axes.plot(frames, np.full(len(frames), 0.02), "|", color="tab:red", transform=axes.get_xaxis_transform())

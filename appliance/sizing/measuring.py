@@ -1,4 +1,4 @@
-"""What a sizing method must give to the command `measure`: its names, its options, and what runs it.
+"""Interface of a sizing method to the command `measure`: its names, its options, and the function that measures.
 
 The table of them is in `appliance.cli.measure`. Nothing here loads an image library before a method runs.
 """
@@ -9,17 +9,17 @@ from typing import ClassVar
 
 
 class Measuring(ABC):
-    """How recordings are measured with the methods of one room.
+    """Runs the command `measure` with the methods of one folder.
 
     Attributes
     ----------
     names : tuple of str
-        Choices of `--method` that this room runs.
+        Choices of `--method` that this class runs.
     text : str
-        The choices in the help of `--method`.
+        Explanation of these choices in the help of `--method`.
     options : tuple of str
-        Options that have a meaning here, as attributes of the parsed command line. `rig` and `plot` belong to the
-        command; every room may name them.
+        Options that apply to these methods, as attributes of the parsed command line; others are refused. `rig` and
+        `plot` are declared by the command itself.
     """
 
     names: ClassVar[tuple[str, ...]]
@@ -28,7 +28,7 @@ class Measuring(ABC):
 
     @abstractmethod
     def add_options(self, command: argparse.ArgumentParser) -> None:
-        """Declare the options that no other room has."""
+        """Declare the options that only these methods have."""
 
     @abstractmethod
     def run(self, given: argparse.Namespace) -> None:
@@ -37,12 +37,12 @@ class Measuring(ABC):
         Parameters
         ----------
         given : Namespace
-            Parsed command line without options of other rooms.
+            Parsed command line without options of other methods.
 
         Raises
         ------
         CommandError
-            The command line, the recording or what makes millimetres of pixels cannot be used.
+            The command line, the recording, the rig or the empty line cannot be used.
         OSError
             A file cannot be written.
         """

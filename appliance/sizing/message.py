@@ -18,16 +18,16 @@ class ReadingMessage(StationMessage):
     exposed_monotonic_s : float
         Moment of exposure on this machine's monotonic clock.
     exposed_utc_ms : int
-        The same for people, ms since 1970 UTC.
+        The same moment as wall time, ms since 1970 UTC.
     elapsed_ms : float
-        Time that measuring took.
+        Computing time of the reading.
     dropped : int
-        Pairs and readings discarded since the process started, because newer ones were there.
+        Pairs and messages discarded since the process started, because newer ones were ready.
     simulated : bool
+        Whether the pictures come from a simulation or a recording.
     reading : SizeReading
-        What was measured.
     faults : dict of str to str
-        Faults that leave the value standing: names in the fault table, and what exactly is wrong.
+        Faults with which the value is still served: names in the fault table, each with its detail.
     """
 
     kind: Literal["reading"] = "reading"

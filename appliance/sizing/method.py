@@ -1,4 +1,4 @@
-"""What every sizing method must give: its camera, its gauge, its place in `replay` and in `doctor`.
+"""Interface of a sizing method: its camera, its gauge, its part in `replay` and in `doctor`.
 
 A method is a folder here with its settings and a folder in `vision.sizing` with its gauge, a row in
 `appliance.sizing.settings` and a row in `appliance.cli.measure`. The settings load the gauge only when it is asked for:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class ScaleError(HotgaugeError):
-    """What makes millimetres of pixels cannot be used; the message says what, where and what to do.
+    """The scale, a rig file or an empty line, cannot be used; the message says what, where and what to do.
 
     Attributes
     ----------
@@ -37,15 +37,15 @@ class ScaleError(HotgaugeError):
 
 
 class ScaleCheck(NamedTuple):
-    """What `doctor` says of what makes millimetres of pixels.
+    """Check of the scale, a rig file or an empty line, for `doctor`.
 
     Attributes
     ----------
     name : str
-        As the method's users call it: `rig`, `barriers`.
+        `rig` or `barriers`.
     verdict : {"good", "note", "BAD"}
     text : str
-        What was found, and what to do about it.
+        What was found, and what to do.
     """
 
     name: str
@@ -54,11 +54,11 @@ class ScaleCheck(NamedTuple):
 
 
 class TimedReader(Protocol):
-    """A gauge with its clock."""
+    """A gauge that also returns its computing time."""
 
     @property
     def measure(self) -> "Callable[..., tuple[SizeReading, float]]":
-        """Reading of one exposure's pictures, left first, and the milliseconds that it took; raises `ScaleError`."""
+        """Measure the pictures of one exposure, left first: reading and computing time, ms; raises `ScaleError`."""
         ...
 
     def warm_up(self) -> None:
@@ -67,7 +67,7 @@ class TimedReader(Protocol):
 
 
 class SizingMethod(Section, ABC):
-    """Settings of a method: what a sizing station has with any, and what a method must give."""
+    """Settings that all sizing methods share, and the functions that each must define."""
 
     ovality_mm: float = Field(
         default=0.0,
@@ -100,37 +100,42 @@ class SizingMethod(Section, ABC):
         json_schema_extra=unit("°C"),
     )
 
+    @property
+    @abstractmethod
+    def scale_file(self) -> Path | None:
+        """File that makes millimetres of pixels; None where the camera brings its own scale."""
+
     @abstractmethod
     def make_source(self) -> "PairSource | PictureSource":
-        """The source of pictures, not opened yet; raises `CameraError` when a library that it needs is missing."""
+        """Make the source of pictures, not opened yet; raises `CameraError` if a library that it needs is missing."""
 
     @abstractmethod
     def make_gauge(self, on_usable: Callable[[], None], /) -> TimedReader:
-        """The gauge of these settings.
+        """Make the gauge of these settings.
 
         Parameters
         ----------
         on_usable : callable
-            Called before work that takes longer than a look at the settings, once these are known to be usable.
+            Called once the settings are known to be usable, before a calibration that takes seconds.
 
         Raises
         ------
         ScaleError
-            What makes millimetres of pixels cannot be used.
+            The rig or the empty line cannot be used.
         CameraError
             Pictures of a recording cannot be read.
         """
 
     @abstractmethod
     def with_recording(self, recording: Path, rig: Path | None) -> Self:
-        """The same settings with a recording in place of the camera.
+        """Copy the settings with a recording in place of the camera.
 
         Parameters
         ----------
         recording : Path
             Folder with its pictures.
         rig : Path or None
-            Calibration that came with it.
+            Rig file of the recording's cameras.
 
         Raises
         ------
@@ -140,7 +145,7 @@ class SizingMethod(Section, ABC):
 
     @abstractmethod
     def check_scale(self) -> ScaleCheck:
-        """Whether what makes millimetres of pixels can be used; raises nothing."""
+        """Check whether the rig or the empty line can be used; raises nothing."""
 
     @abstractmethod
     def check_pictures(self, pictures: "Sequence[NDArray[np.uint8]]") -> None:
@@ -154,7 +159,7 @@ class SizingMethod(Section, ABC):
         Raises
         ------
         ScaleError
-            The pictures do not fit what makes millimetres of them.
+            The pictures do not fit the rig or the empty line.
         CameraError
             Pictures of a recording cannot be read.
         """

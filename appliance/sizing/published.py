@@ -1,4 +1,4 @@
-"""What the sizing station puts into the registers: the newest reading, as long as it may stand."""
+"""Registers of the sizing station: the newest reading until it is stale, withdrawn or held."""
 
 from collections.abc import Callable
 
@@ -8,7 +8,7 @@ from plc.rows import Value
 from vision.readings import SizeReading
 from vision.reasons import Reason
 
-AGE_LARGEST_MS = 0xFFFE  # one more is "no value"
+LARGEST_AGE_MS = 0xFFFE  # largest age in a u16; 0xFFFF is "no value"
 
 
 PUBLISHED: dict[str, Callable[[SizeReading], Value]] = {
@@ -23,22 +23,22 @@ PUBLISHED: dict[str, Callable[[SizeReading], Value]] = {
     "windows_kept": lambda reading: reading.windows_kept,
     "windows_total": lambda reading: reading.windows_total,
 }
-"""Quantities of a reading, by the register that holds each; NaN and None are "no value" there."""
+"""Quantities of a reading, by the name of their register; NaN and None become "no value" there."""
 
 
 class Publication:
-    """The newest reading of the sizing station and what of it may be served.
+    """The newest reading of the sizing station, and whether it may be served.
 
     Parameters
     ----------
     stale_after_ms : int
-        Age from which a reading is no value any more.
+        Age above which a reading is no longer served.
 
     Attributes
     ----------
     stale_after_ms : int
     stale : bool
-        Whether there is a reading and it was too old to stand at the last `update`.
+        Whether there was a reading at the last `update`, older than `stale_after_ms`.
     standing : ReadingMessage or None
         The reading that may be served; None when there is none, it is stale or the PLC holds the gauge.
     """
@@ -59,11 +59,11 @@ class Publication:
         self._counted: tuple[Validity, Reason] | None = None
 
     def add(self, message: ReadingMessage) -> None:
-        """Let a new reading stand in place of the one before; `update` says what of it may be served."""
+        """Replace the newest reading; `update` decides whether it may be served."""
         before = self._newest
         if before is not None:
             self._cycle_time_ms = 1000 * (message.exposed_monotonic_s - before.exposed_monotonic_s)
-        # a source counts from its own start, so a smaller number is a new count
+        # each process counts from 0, so a smaller number belongs to a new process
         again = message.dropped < self._dropped_by_source
         self._dropped += message.dropped - (0 if again else self._dropped_by_source)
         self._dropped_by_source = message.dropped
@@ -72,20 +72,22 @@ class Publication:
         self._sequence += 1
 
     def withdraw(self, reason: Reason) -> None:
-        """Let no reading stand; the reason says why."""
+        """Serve no reading until the next `add`; `reason` stands in the reason word."""
         self._newest = None
         self._cycle_time_ms = None
         self._without_reading = reason
+        if reason is Reason.STARTING:
+            self._dropped_by_source = 0  # a new process counts from 0
 
     def update(self, now_s: float, *, held: bool) -> None:
-        """Decide what may be served at one moment, and count a change of it in `sequence`.
+        """Decide what may be served at `now_s`, and count a change of validity or reasons in `sequence`.
 
         Parameters
         ----------
         now_s : float
-            Monotonic time of the swap.
+            Monotonic time at which the registers are published.
         held : bool
-            The PLC holds the gauge: no reading stands.
+            The PLC holds the gauge: no reading is served.
         """
         newest = self._newest
         self._age_ms = 0.0 if newest is None else max(0.0, 1000 * (now_s - newest.exposed_monotonic_s))
@@ -108,14 +110,14 @@ class Publication:
             "cycle_time": self._cycle_time_ms,
         }
         if self._newest is not None:
-            values["measurement_age"] = min(round(self._age_ms), AGE_LARGEST_MS)
+            values["measurement_age"] = min(round(self._age_ms), LARGEST_AGE_MS)
             values["timestamp"] = self._newest.exposed_utc_ms
         if self.standing is not None:
             values |= {register: value(self.standing.reading) for register, value in PUBLISHED.items()}
         return values
 
     def _count(self) -> None:
-        """Count a change of validity; a new reading has been counted when it came."""
+        """Count a change of validity or reasons; `add` has counted a new reading."""
         now = (self._validity, self._reasons)
         if self._counted is not None and now != self._counted:
             self._sequence += 1

@@ -1,4 +1,4 @@
-"""The last readings, for PLCs that poll slowly."""
+"""The ring of the last readings, for PLCs that poll slowly."""
 
 from collections.abc import Mapping
 
@@ -14,7 +14,7 @@ class ReadingRing:
         self._slots: dict[str, Value] = {}
 
     def add(self, values: Mapping[str, Value]) -> None:
-        """Write the values that belong to the newest reading over the oldest."""
+        """Overwrite the oldest reading of the ring with the newest, given as register values by name."""
         slot = f"reading_{self._index % SLOTS}_"
         self._slots |= {slot + field: values.get(field) for field in READING_FIELDS}
         self._index += 1

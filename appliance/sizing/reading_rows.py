@@ -1,4 +1,4 @@
-"""One reading as a row of the file that `measure` writes."""
+"""Rows of the file that `measure` writes, one for each reading."""
 
 import math
 from dataclasses import asdict
@@ -17,7 +17,16 @@ COLUMNS = ("frame", *READING_FIELDS, "elapsed_ms")
 
 
 def row(frame: int, reading: SizeReading, elapsed_ms: float) -> Row:
-    """One reading as it stands in the file; None where there is no value."""
+    """Row of one reading; None for no value.
+
+    Parameters
+    ----------
+    frame : int
+        Number of the frame.
+    reading : SizeReading
+    elapsed_ms : float
+        Computing time.
+    """
     found = asdict(reading) | {
         "valid": reading.valid,
         "trust": trust_percent(reading),

@@ -24,32 +24,32 @@ from appliance.cameras.source import (
 )
 from appliance.processes.link import StationLink
 from appliance.processes.message import StateMessage
-from appliance.processes.station_process import fault, serve, tell_lost
+from appliance.processes.station_process import fault, report_rejected, serve
 from appliance.sizing.message import ReadingMessage
 from appliance.sizing.method import ScaleError, SizingMethod
 from appliance.sizing.settings import Sizing
 from vision.readings import SizeReading
 
-PAIR_TIMEOUT_S = 0.2
-PAUSE_S = 1.0
-WARM_UP_TIME_S = 120.0  # longest time that compiling may take, on a slow computer with nothing on its disk yet
-WARMING_PERIOD_S = 2.0
+PAIR_TIMEOUT_S = 0.2  # chosen
+RETRY_PAUSE_S = 1.0  # chosen: pause after equipment trouble
+WARM_UP_TIME_S = 120.0  # longest compilation, on a slow computer without a cache (docs/decisions/0013)
+WARMING_PERIOD_S = 2.0  # chosen; docs/decisions/0013
 
 
 def main() -> None:
-    """Measure until the supervisor closes the link, or is gone."""
+    """Measure until the supervisor closes the link or dies."""
     serve(TypeAdapter[SizingMethod](Sizing), run)
 
 
 def run(settings: SizingMethod, link: StationLink, closed: threading.Event) -> None:
-    """Measure until `closed`; equipment trouble is reported and tried again after a pause.
+    """Measure until `closed`; equipment trouble is reported, and measuring starts again after RETRY_PAUSE_S.
 
     Parameters
     ----------
     settings : SizingMethod
     link : StationLink
     closed : threading.Event
-        Set when nobody listens any more.
+        Set when the link is closed.
     """
     while not closed.is_set():
         try:
@@ -60,7 +60,7 @@ def run(settings: SizingMethod, link: StationLink, closed: threading.Event) -> N
             link.send(fault(error.fault, str(error)))
         except ScaleError as error:
             link.send(fault(error.fault, str(error)))
-        closed.wait(PAUSE_S)
+        closed.wait(RETRY_PAUSE_S)
 
 
 def _measure(settings: SizingMethod, link: StationLink, closed: threading.Event) -> None:
@@ -73,12 +73,12 @@ def _measure(settings: SizingMethod, link: StationLink, closed: threading.Event)
         guard = ExposureGuard(settings.exposure, adjustable=isinstance(source, Adjustable))
         while not closed.is_set():
             exposed = source.next(PAIR_TIMEOUT_S)
-            exposure = exposed and Exposure.of(exposed)
-            verdict = liveness.look(exposure, time.monotonic())
+            exposure = exposed and Exposure.from_source(exposed)
+            verdict = liveness.judge(exposure, time.monotonic())
             if exposed is None or exposure is None or not verdict.counts:
-                tell_lost(verdict, link, opens_again=not source.simulated)
+                report_rejected(verdict, link, opens_again=not source.simulated)
                 continue
-            reading, elapsed_ms = gauge.measure(*exposure.pictures)
+            reading, elapsed_ms = gauge.measure(*exposed.pictures)
             message = to_message(
                 reading, exposed, elapsed_ms, dropped=exposed.dropped + link.dropped, simulated=source.simulated
             )
@@ -88,60 +88,61 @@ def _measure(settings: SizingMethod, link: StationLink, closed: threading.Event)
 
 @contextlib.contextmanager
 def _warming(link: StationLink) -> Generator[None]:
-    """Tell the supervisor that code is compiled, but not for ever, since compiling might hang too."""
+    """Send `warming` every WARMING_PERIOD_S for at most WARM_UP_TIME_S: a compilation that hangs is then ended."""
     warm = threading.Event()
 
-    def tell() -> None:
+    def send_warming() -> None:
         for _ in range(round(WARM_UP_TIME_S / WARMING_PERIOD_S)):
             link.send(StateMessage(state="warming"))
             if warm.wait(WARMING_PERIOD_S):
                 return
 
-    teller = threading.Thread(target=tell, daemon=True)
-    teller.start()
+    sender = threading.Thread(target=send_warming, daemon=True)
+    sender.start()
     try:
         yield
     finally:
         warm.set()
-        teller.join()
+        sender.join()
 
 
 def _exposure_faults(
     guard: ExposureGuard, reading: SizeReading, exposed: FramePair | Frame, source: PairSource | PictureSource
 ) -> dict[str, str]:
-    """Adjust the exposure where that is possible, and tell what is wrong with it where it is not."""
-    advice = guard.look(reading.clipped_share, reading.limb_light, exposed.exposure_us, time.monotonic())
+    """Set the exposure where cameras allow it; else return the faults of the exposure."""
+    advice = guard.advise(reading.clipped_share, reading.limb_light, exposed.exposure_us, time.monotonic())
     if isinstance(source, Adjustable) and math.isfinite(advice.exposure_us):
         source.set_exposure(advice.exposure_us)
     return advice.faults
 
 
 def _heat(settings: SizingMethod, exposed: FramePair | Frame) -> dict[str, str]:
-    if exposed.temperature_c > settings.camera_temperature_max_c:  # not so when it is not known
+    if exposed.temperature_c > settings.camera_temperature_max_c:  # false for NaN: unknown
         return {"camera_hot": f"{exposed.temperature_c:.0f} °C, {settings.camera_temperature_max_c:g} °C at most"}
     return {}
 
 
 def _stay_at_end(link: StationLink, closed: threading.Event, detail: str) -> None:
-    while not closed.wait(PAUSE_S):
+    while not closed.wait(RETRY_PAUSE_S):
         link.send(fault("recording_over", detail))
 
 
 def to_message(
     reading: SizeReading, exposed: FramePair | Frame, elapsed_ms: float, *, dropped: int, simulated: bool
 ) -> ReadingMessage:
-    """What is said to the supervisor of one reading.
+    """Make the message of one reading.
 
     Parameters
     ----------
     reading : SizeReading
     exposed : FramePair or Frame
-        What was measured.
+        Exposure that was measured.
     elapsed_ms : float
-        Time that measuring took.
+        Computing time.
     dropped : int
-        Exposures and messages discarded so far.
+        Exposures and messages discarded since the process started.
     simulated : bool
+        Whether the pictures come from a simulation or a recording.
     """
     return ReadingMessage(
         sequence=exposed.sequence,

@@ -1,11 +1,11 @@
-"""Notices when somebody sets the computer's clock; nothing that is measured rests on it."""
+"""Detects that the computer's wall clock was set; measurements use the monotonic clock and are not affected."""
 
 import math
 import time
 from collections.abc import Callable
 
-STEP_S = 1.0  # a clock that follows a time server is slewed by far less between two looks
-REMEMBERED_S = 60.0
+LEAST_STEP_S = 1.0  # chosen: a time server slews the clock by far less between two calls
+STEP_MEMORY_S = 60.0  # chosen: how long the fault `clock_stepped` stays after a step
 
 
 class WallClock:
@@ -22,16 +22,16 @@ class WallClock:
     def __init__(self, wall: Callable[[], float] = time.time, monotonic: Callable[[], float] = time.monotonic) -> None:
         self._wall = wall
         self._monotonic = monotonic
-        self._ahead_s = self._look()
+        self._ahead_s = self._read_difference_s()
         self._set_s = -math.inf
 
     def was_set(self, now_s: float) -> bool:
-        """Whether the clock was set within the last minute before `now_s`, monotonic; to be asked often."""
-        ahead_s = self._look()
-        if abs(ahead_s - self._ahead_s) > STEP_S:
+        """Whether the wall clock was set within STEP_MEMORY_S before `now_s`, monotonic; call it at every update."""
+        ahead_s = self._read_difference_s()
+        if abs(ahead_s - self._ahead_s) > LEAST_STEP_S:
             self._set_s = now_s
         self._ahead_s = ahead_s
-        return now_s - self._set_s < REMEMBERED_S
+        return now_s - self._set_s < STEP_MEMORY_S
 
-    def _look(self) -> float:
+    def _read_difference_s(self) -> float:
         return self._wall() - self._monotonic()

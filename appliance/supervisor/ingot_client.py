@@ -1,13 +1,14 @@
-"""The supervisor's side of the ingot station."""
+"""The supervisor's side of the ingot station: its publication and its faults."""
 
 from collections.abc import Callable
 
 from appliance.diagnostics.faults import Faults
+from appliance.history.recorder import Recorder
 from appliance.ingot.message import MESSAGES, IngotMessage
 from appliance.ingot.published import IngotPublication
 from appliance.ingot.settings import IngotSettings
 from appliance.supervisor.start_gate import StartGate
-from appliance.supervisor.station_client import StationClient
+from appliance.supervisor.station_client import StationClient, refuse_impossible
 from plc.rows import Value
 from vision.reasons import IngotReason
 
@@ -28,32 +29,43 @@ class IngotClient(StationClient[IngotMessage]):
     settings : IngotSettings
     faults : Faults
     gate : StartGate
+    recorder : Recorder
+        Keeps what is decided of ingots.
     on_news : callable
-        Called whenever there is something to publish.
+        Called when the registers may have changed.
 
     Attributes
     ----------
     publication : IngotPublication
     """
 
-    def __init__(self, settings: IngotSettings, faults: Faults, gate: StartGate, on_news: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        settings: IngotSettings,
+        *,
+        faults: Faults,
+        gate: StartGate,
+        recorder: Recorder,
+        on_news: Callable[[], None],
+    ) -> None:
         super().__init__(INGOT, MODULE, settings.model_dump_json(), MESSAGES, faults=faults, gate=gate, on_news=on_news)
         self.publication = IngotPublication(settings.stale_after_ms)
+        self._recorder = recorder
 
     def renew(self, settings: IngotSettings) -> None:
-        """End the process and start one with other settings."""
+        """Restart the process with new settings."""
         self.publication.stale_after_ms = settings.stale_after_ms
         self._process.renew(settings.model_dump_json())
 
     def update(self, now_s: float, *, held: bool) -> None:
-        """Decide what may be served at one moment.
+        """Decide what may be served at `now_s`.
 
         Parameters
         ----------
         now_s : float
             Monotonic time.
         held : bool
-            The PLC holds the gauge.
+            The PLC holds the gauge: nothing is served.
         """
         self.publication.update(now_s, held=held)
         self._faults.report("reading_stale", active=self.publication.stale, station=INGOT)
@@ -63,7 +75,9 @@ class IngotClient(StationClient[IngotMessage]):
         return self.publication.values()
 
     def _add(self, message: IngotMessage) -> None:
-        self.publication.add(message)
+        refuse_impossible(message.exposed_monotonic_s)
+        for number, verdict in self.publication.add(message).items():
+            self._recorder.add_verdict(verdict, number, simulated=message.simulated)
         self._faults.report_station(INGOT, message.faults)
 
     def _withdraw(self, *, restarted: bool) -> None:

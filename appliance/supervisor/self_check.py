@@ -1,19 +1,19 @@
-"""Asks the gauge's own port, as a PLC would: what the service manager is told rests on the answer."""
+"""Reads the heartbeat from the gauge's own port, as a PLC would; without an answer the watchdog restarts the gauge."""
 
 import asyncio
 import struct
 
 from plc.registers import REGISTERS
 
-ANSWER_WITHIN_S = 2.0
+ANSWER_TIMEOUT_S = 2.0  # chosen
 _HEARTBEAT = next(row.address for row in REGISTERS if row.name == "heartbeat")
 _REQUEST = struct.pack(">HHHBBHH", 1, 0, 6, 1, 4, _HEARTBEAT, 1)
 _ANSWER = struct.Struct(">HHHBBBH")
-_ANY = {"0.0.0.0": "127.0.0.1", "::": "::1", "": "127.0.0.1"}  # noqa: S104  an address that is bound, not to ask
+_LOOPBACKS = {"0.0.0.0": "127.0.0.1", "::": "::1", "": "127.0.0.1"}  # noqa: S104  keys are what the server binds to
 
 
 class SelfCheck:
-    """One connection to the gauge's own Modbus server, opened when it is needed and kept.
+    """One connection to the gauge's own Modbus server, opened at the first request and kept.
 
     Parameters
     ----------
@@ -23,14 +23,14 @@ class SelfCheck:
     """
 
     def __init__(self, host: str, port: int) -> None:
-        self._host = _ANY.get(host, host)
+        self._host = _LOOPBACKS.get(host, host)
         self._port = port
         self._streams: tuple[asyncio.StreamReader, asyncio.StreamWriter] | None = None
 
     async def heartbeat(self) -> int | None:
-        """The heartbeat that the port serves now; None when it does not answer as it should."""
+        """Read the heartbeat that the port serves; None without a correct answer within ANSWER_TIMEOUT_S."""
         try:
-            async with asyncio.timeout(ANSWER_WITHIN_S):
+            async with asyncio.timeout(ANSWER_TIMEOUT_S):
                 return await self._ask()
         except (OSError, EOFError, TimeoutError):
             self.close()

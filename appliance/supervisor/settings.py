@@ -7,6 +7,7 @@ from typing import Literal
 from pydantic import Field
 
 from appliance.conformity.settings import CorrectionSettings, JudgingSettings
+from appliance.history.settings import HistorySettings
 from appliance.ingot.settings import IngotSettings
 from appliance.settings.file import load as load_file
 from appliance.settings.section import FilePath, Section, unit
@@ -17,7 +18,7 @@ from appliance.sizing.stereo.settings import SizingSettings
 class PlcSettings(Section):
     """The Modbus TCP server."""
 
-    host: str = Field(default="127.0.0.1", description="Address to bind to; loopback unless told otherwise")
+    host: str = Field(default="127.0.0.1", description="Address to bind to; by default this computer only")
     port: int = Field(default=5020, ge=1, le=65535, description="TCP port of the Modbus server")
     writes: Literal["none", "tls", "all"] = Field(
         default="none",
@@ -49,10 +50,11 @@ class Settings(Section):
     ingot: IngotSettings = Field(default_factory=IngotSettings, description="Ingot station")
     judging: JudgingSettings = Field(default_factory=JudgingSettings, description="Trust, cold size and bars")
     correction: CorrectionSettings = Field(default_factory=CorrectionSettings, description="Closed loop")
+    history: HistorySettings = Field(default_factory=HistorySettings, description="What is kept on disk")
 
 
 def state_folder(plc: PlcSettings) -> Path | None:
-    """Folder from the settings, else the service manager's, else none; none where nobody may write or take back."""
+    """Folder for set points: from the settings, else the service manager's; None if nobody may write set points."""
     if plc.writes == "none":
         return None
     if plc.state_directory is not None:
@@ -62,5 +64,5 @@ def state_folder(plc: PlcSettings) -> Path | None:
 
 
 def load(path: Path | None) -> Settings:
-    """Settings of the appliance from a TOML file, or the defaults without one; raises `SettingsError`."""
+    """Read the appliance's settings from a TOML file; None gives the defaults; raises `SettingsError`."""
     return load_file(path, Settings)

@@ -1,4 +1,4 @@
-"""The supervisor's side of the sizing station: what is published of its readings, and what they mean for the mill."""
+"""The supervisor's side of the sizing station: publication, conformity, bar statistics and faults of its readings."""
 
 import time
 from collections.abc import Callable
@@ -8,6 +8,7 @@ from appliance.conformity.bar_statistics import BarStatistics
 from appliance.conformity.plc_inputs import PlcInputs
 from appliance.conformity.settings import CorrectionSettings, JudgingSettings
 from appliance.diagnostics.faults import Faults
+from appliance.history.recorder import Recorder
 from appliance.sizing.conveyor.settings import ConveyorSettings
 from appliance.sizing.lasting_reasons import LastingReasons
 from appliance.sizing.message import MESSAGES, ReadingMessage
@@ -15,14 +16,14 @@ from appliance.sizing.published import Publication
 from appliance.sizing.reading_ring import ReadingRing
 from appliance.sizing.stereo.settings import SizingSettings
 from appliance.supervisor.start_gate import StartGate
-from appliance.supervisor.station_client import StationClient
+from appliance.supervisor.station_client import StationClient, refuse_impossible
 from plc.codes import Decision
 from plc.rows import Value
 from vision.reasons import Reason
 
 MODULE = "appliance.sizing.station"
 SIZING = "sizing"
-LASTING_S = 10.0  # of a reason, before it is the gauge's fault and not the bar's
+LASTING_TIME_S = 10.0  # chosen: a reason that stays for so long on bars is a fault of the gauge
 
 
 class SizingClient(StationClient[ReadingMessage]):
@@ -37,8 +38,10 @@ class SizingClient(StationClient[ReadingMessage]):
         What the PLC has written.
     faults : Faults
     gate : StartGate
+    recorder : Recorder
+        Keeps readings and bars.
     on_news : callable
-        Called whenever there is something to publish.
+        Called when the registers may have changed.
 
     Attributes
     ----------
@@ -59,6 +62,7 @@ class SizingClient(StationClient[ReadingMessage]):
         inputs: PlcInputs,
         faults: Faults,
         gate: StartGate,
+        recorder: Recorder,
         on_news: Callable[[], None],
     ) -> None:
         super().__init__(
@@ -67,34 +71,37 @@ class SizingClient(StationClient[ReadingMessage]):
         self.simulated = self.measuring = self.running = False
         self._idle_after_s = settings.liveness.idle_after_s
         self._inputs = inputs
+        self._recorder = recorder
         self._publication = Publication(settings.stale_after_ms)
         self._advisor = Advisor(judging, correction)
         self._ring = ReadingRing()
         self._bars = BarStatistics(judging.bar_gap_ms / 1000)
-        self._lasting = LastingReasons(LASTING_S)
+        self._lasting = LastingReasons(LASTING_TIME_S)
         self._worked_s = time.monotonic()
 
     def renew(self, settings: SizingSettings | ConveyorSettings) -> None:
-        """End the process and start one with other settings."""
+        """Restart the process with new settings."""
         self._publication.stale_after_ms = settings.stale_after_ms
         self._idle_after_s = settings.liveness.idle_after_s
         self._process.renew(settings.model_dump_json())
 
     def update(self, now_s: float) -> None:
-        """Decide what may be served at one moment, monotonic, and what it means."""
+        """Decide what may be served at `now_s`, monotonic, judge it, and report faults."""
         self._judge(now_s)
         self.running = self.measuring and not self._publication.stale
         self._faults.report("reading_stale", active=self._publication.stale, station=SIZING)
         self._faults.report("not_measuring", active=self._is_idle(now_s), station=SIZING)
         if self._inputs.held:
             self._bars.end()
+        if not self._bars.passing:
+            self._recorder.end_bar()
 
     def values(self) -> dict[str, Value]:
         """Values of the registers at the last `update`, by name."""
         return self._newest_values() | self._bars.values() | self._ring.values()
 
     def conditions(self) -> dict[str, bool]:
-        """Causes of alarms that are no faults of the gauge, by name."""
+        """Alarm causes that lie in the bar and not in the gauge, by name."""
         return {
             "out_of_tolerance": self._advisor.decision is Decision.OUT,
             "low_trust": self._advisor.low_trust,
@@ -109,7 +116,7 @@ class SizingClient(StationClient[ReadingMessage]):
         return self._publication.values() | self._advisor.values()
 
     def _is_idle(self, now_s: float) -> bool:
-        """Whether the process runs and says nothing that explains why there is no reading."""
+        """Whether readings are missing for longer than `idle_after_s` without a fault that explains it."""
         explained = self._faults.active_at(SIZING) - {"not_measuring"}
         return not explained and now_s - self._worked_s > self._idle_after_s
 
@@ -117,6 +124,7 @@ class SizingClient(StationClient[ReadingMessage]):
         self._worked_s = time.monotonic()
 
     def _add(self, message: ReadingMessage) -> None:
+        refuse_impossible(message.exposed_monotonic_s)
         self._publication.add(message)
         self.measuring = True
         self.simulated = message.simulated
@@ -128,7 +136,9 @@ class SizingClient(StationClient[ReadingMessage]):
             self._lasting.add(message)
             for fault, active in self._lasting.faults().items():
                 self._faults.report(fault, active=active, station=SIZING)
-        self._ring.add(self._newest_values())
+        newest = self._newest_values()
+        self._ring.add(newest)
+        self._recorder.add_reading(message, newest | self._bars.values())
 
     def _withdraw(self, *, restarted: bool) -> None:
         self._publication.withdraw(Reason.STARTING if restarted else Reason.NO_PAIR)

@@ -1,4 +1,4 @@
-"""Holds the PLC's port back until every station has said that its settings can be used."""
+"""Keeps the PLC's port closed until every station has reported that its settings can be used."""
 
 import asyncio
 from collections.abc import Iterable
@@ -11,12 +11,12 @@ class StartRefusedError(HotgaugeError):
 
 
 class StartGate:
-    """The start of the appliance: refused by the first fault of a station, allowed when all stations have spoken.
+    """The start of the appliance: a station's first fault refuses it; it is allowed when all stations have reported.
 
     Parameters
     ----------
     stations : iterable of str
-        Names of the stations that have to speak first.
+        Names of the stations that must report first.
     """
 
     def __init__(self, stations: Iterable[str]) -> None:
@@ -26,18 +26,21 @@ class StartGate:
         self._decided = asyncio.Event()
 
     def open(self) -> None:
-        """Allow the start now; from here on no fault refuses it."""
+        """Allow the start now; later faults no longer refuse it."""
         self._open = True
         self._decided.set()
 
-    def hear(self, station: str) -> None:
-        """Count a station that has spoken."""
+    def count_station(self, station: str) -> None:
+        """Count a station that has reported; after the last one the start is allowed."""
         self._silent.discard(station)
         if not self._silent:
             self._decided.set()
 
     def refuse(self, detail: str) -> bool:
-        """Whether a fault refuses the start; its sentence is then all that somebody who has just started it reads."""
+        """Refuse the start, unless it was allowed before; return whether it is refused.
+
+        `wait` then raises with the sentence `detail`, which the command prints.
+        """
         if self._open:
             return False
         self._refusal = detail

@@ -1,6 +1,7 @@
-"""The supervisor's side of a station: its process, its faults, and what it says before the port is served."""
+"""The supervisor's side of a station: its process, its faults, and its part in allowing the start."""
 
 import abc
+import time
 from collections.abc import Callable
 from typing import Generic
 
@@ -8,6 +9,16 @@ from appliance.diagnostics.faults import Faults
 from appliance.processes.message import Messages, MessageT, StateMessage
 from appliance.processes.monitored_process import Health, MonitoredProcess
 from appliance.supervisor.start_gate import StartGate
+
+FUTURE_MOST_S = 1.0  # chosen: both clocks are this computer's own; liveness already refuses 0.05 s
+PAST_MOST_S = 3600.0  # chosen: a process that was stopped for longer than this is started anew
+
+
+def refuse_impossible(exposed_s: float) -> None:
+    """Raise `ValueError`, which ends the process, for an exposure in the future or from long ago, monotonic time."""
+    age_s = time.monotonic() - exposed_s
+    if not -FUTURE_MOST_S <= age_s <= PAST_MOST_S:
+        raise ValueError(f"an exposure {age_s:g} s ago")
 
 
 class StationClient(abc.ABC, Generic[MessageT]):
@@ -20,13 +31,13 @@ class StationClient(abc.ABC, Generic[MessageT]):
     module : str
         Python module of its process.
     settings_json : str
-        Settings that the process gets.
+        Settings for the process.
     messages : TypeAdapter
-        Reads what the process sends.
+        Reads the messages of the process.
     faults : Faults
     gate : StartGate
     on_news : callable
-        Called whenever there is something to publish.
+        Called when the registers may have changed.
     """
 
     def __init__(
@@ -52,14 +63,20 @@ class StationClient(abc.ABC, Generic[MessageT]):
 
     @abc.abstractmethod
     def _add(self, message: MessageT) -> None:
-        """Use what the station has measured."""
+        """Publish a measurement of the station."""
 
     @abc.abstractmethod
     def _withdraw(self, *, restarted: bool) -> None:
-        """Let nothing stand that the station has measured; `restarted`: because its process has ended."""
+        """Withdraw the station's measurement from the registers.
+
+        Parameters
+        ----------
+        restarted : bool
+            Whether the reason is that its process has ended.
+        """
 
     def _warming(self) -> None:
-        """The process compiles; nothing is known yet of its cameras."""
+        """Note that the process still compiles and cannot measure yet."""
 
     def _receive(self, message: StateMessage | MessageT) -> None:
         if not isinstance(message, StateMessage):
@@ -69,7 +86,7 @@ class StationClient(abc.ABC, Generic[MessageT]):
         elif message.state == "warming":
             self._warming()
             return
-        self._tell()
+        self._announce()
 
     def _receive_fault(self, message: StateMessage) -> None:
         self._withdraw(restarted=False)
@@ -83,8 +100,8 @@ class StationClient(abc.ABC, Generic[MessageT]):
         for state in ("restarting", "failing"):
             name, active = f"station_{state}", health.state == state
             self._faults.report(name, active=active, detail=health.detail, station=self.name)
-        self._tell()
+        self._announce()
 
-    def _tell(self) -> None:
-        self._gate.hear(self.name)
+    def _announce(self) -> None:
+        self._gate.count_station(self.name)
         self._on_news()

@@ -1,7 +1,7 @@
-"""Owns the PLC's server and keeps it truthful: publishes, watches the measuring processes, knows the faults.
+"""Publishes registers to the PLC every 50 ms, restarts measuring processes, collects faults and alarms.
 
-Everything here runs in one asyncio loop and waits for nobody: a measuring process that crashes, hangs or
-babbles, or a disk that is full, changes what is published, never whether something is.
+Everything runs in one asyncio loop that never waits for a station or for the disk: a measuring process that crashes,
+hangs or floods the link, or a full disk, changes the values that are published and never stops publishing.
 """
 
 import asyncio
@@ -10,11 +10,13 @@ import logging
 import os
 import time
 from collections.abc import Callable, Mapping
+from pathlib import Path
 
 from appliance.conformity.plc_inputs import PlcInputs
 from appliance.diagnostics.alarms import Alarms
 from appliance.diagnostics.faults import Faults
-from appliance.settings.file import SettingsError
+from appliance.errors import HotgaugeError
+from appliance.history.keeper import HistoryKeeper
 from appliance.supervisor.clock_watch import WallClock
 from appliance.supervisor.ingot_client import INGOT, IngotClient, is_on
 from appliance.supervisor.self_check import SelfCheck
@@ -26,9 +28,9 @@ from plc.process_image import encode
 from plc.rows import Value
 from plc.server import ModbusServer
 
-SWAP_PERIOD_S = 0.05  # half of the longest allowed, so that a late wake-up stays within it
-HEARTBEAT_PERIOD_S = 0.1
-PROOF_PERIOD_S = 0.5
+SWAP_PERIOD_S = 0.05  # half of the longest period allowed, 100 ms, so that a late wake-up stays within it
+HEARTBEAT_PERIOD_S = 0.1  # the heartbeat counts at 10 Hz
+PROOF_PERIOD_S = 0.5  # chosen: period of the self-check
 
 logger = logging.getLogger("hotgauge.supervisor")
 
@@ -59,7 +61,11 @@ class Supervisor:
         self._started_s = time.monotonic()
         self._news = asyncio.Event()
         self._serving = asyncio.Event()
+        self._one_reload = asyncio.Lock()
         self._stopping = False
+        self._history = HistoryKeeper(
+            settings.history, self._inputs, self._scale_file, trust_min=settings.judging.trust_min, wall=wall
+        )
         self._gate = StartGate({SIZING, INGOT} if is_on(settings.ingot) else {SIZING})
         self._sizing = SizingClient(
             settings.sizing,
@@ -68,14 +74,25 @@ class Supervisor:
             inputs=self._inputs,
             faults=self._faults,
             gate=self._gate,
+            recorder=self._history.recorder,
             on_news=self._news.set,
         )
-        self._ingots = (
-            IngotClient(settings.ingot, self._faults, self._gate, self._news.set) if is_on(settings.ingot) else None
+        self._ingots = self._make_ingots(settings) if is_on(settings.ingot) else None
+
+    def _make_ingots(self, settings: Settings) -> IngotClient:
+        return IngotClient(
+            settings.ingot,
+            faults=self._faults,
+            gate=self._gate,
+            recorder=self._history.recorder,
+            on_news=self._news.set,
         )
 
+    def _scale_file(self) -> Path | None:
+        return self._settings.sizing.scale_file
+
     def stop(self) -> None:
-        """Let `run` come to its end."""
+        """Make `run` return."""
         self._stopping = True
         self._gate.open()
         self._news.set()
@@ -92,22 +109,23 @@ class Supervisor:
         Parameters
         ----------
         on_serving : callable
-            Gets the TCP port as soon as the port answers.
+            Receives the TCP port once the port answers.
         on_proof : callable
-            Gets the state in words whenever the port has answered with a heartbeat that moves.
+            Receives the state in words each time that the port has answered with a new heartbeat.
         refuses : bool
-            Whether a fault of a measuring process at start is the end, as it should be for somebody who is looking;
-            else the port is served at once, and says what is wrong.
+            True: a fault of a measuring process at start raises StartRefusedError, for a person at a terminal.
+            False: the port is served at once and shows the fault, for a service.
 
         Raises
         ------
         StartRefusedError
-            A measuring process cannot use its settings at start, or the port cannot be had.
+            A measuring process cannot use its settings at start, or the port cannot be opened.
         """
         if not refuses:
             self._gate.open()
         self._inputs.load()
-        parts = [self._sizing.run(), self._serve(), self._inputs.keep(), self._prove(on_serving, on_proof)]
+        parts = [self._sizing.run(), self._serve(), self._inputs.keep(), self._history.keep()]
+        parts.append(self._prove(on_serving, on_proof))
         if self._ingots:
             parts.append(self._ingots.run())
         tasks = {asyncio.create_task(part) for part in parts}
@@ -121,19 +139,24 @@ class Supervisor:
             await asyncio.gather(*tasks, return_exceptions=True)
             await self._server.stop()
             await self._inputs.save()
+            await self._history.stop()
 
     async def reload(self, load: Callable[[], Settings]) -> None:
-        """Use new settings: measuring processes start again with theirs; others count after a restart.
+        """Apply new settings: stations whose settings changed restart; other changes report `restart_needed`.
 
         Parameters
         ----------
         load : callable
-            Gives the settings, or raises `SettingsError`: then those that are in force stay.
+            Returns the settings. If it raises `SettingsError`, the settings in force stay and a fault is reported.
         """
+        async with self._one_reload:  # of two, the later one wins
+            await self._reload(load)
+
+    async def _reload(self, load: Callable[[], Settings]) -> None:
         try:
             settings = await asyncio.to_thread(load)
-        except SettingsError as error:
-            self._faults.report("settings_unusable", active=True, detail=str(error))
+        except (HotgaugeError, OSError, ValueError, RecursionError) as error:
+            self._faults.report("settings_unusable", active=True, detail=str(error) or type(error).__name__)
             return
         self._faults.report("settings_unusable", active=False)
         logger.info("settings are loaded again")
@@ -169,7 +192,7 @@ class Supervisor:
             raise StartRefusedError(f"cannot serve on {place}: {why}; stop what uses it or set plc.port") from error
 
     async def _prove(self, on_serving: Callable[[int], None], on_proof: Callable[[str], None]) -> None:
-        """Ask the own port again and again; who watches the gauge hears only of answers that move on."""
+        """Read our own port every PROOF_PERIOD_S and report each new heartbeat to the service manager."""
         await self._serving.wait()
         check = SelfCheck(self._settings.plc.host, self._server.port)
         before: int | None = None
@@ -195,6 +218,7 @@ class Supervisor:
 
     def _receive_write(self, changed: Mapping[str, int | bool]) -> None:
         self._inputs.add(changed)
+        self._history.recorder.add_writes(changed)
         if changed.get("acknowledge"):
             self._alarms.acknowledge()
             self._faults.acknowledge()
@@ -210,16 +234,17 @@ class Supervisor:
         self._server.publish(encode(values | self._health(now_s), word_order=self._settings.plc.word_order))
 
     def _update(self, now_s: float) -> None:
-        """Bring stations, faults and alarms to one moment."""
+        """Update stations, faults and alarms to `now_s`."""
         self._sizing.update(now_s)
         if self._ingots:
             self._ingots.update(now_s, held=self._inputs.held)
         self._faults.report("clock_stepped", active=self._clock.was_set(now_s))
+        self._history.update(self._faults, self._alarms)
         causes = self._faults.active | {name for name, there in self._conditions(now_s).items() if there}
         self._alarms.update(causes, now_s, suppressed=self._inputs.held)
 
     def _conditions(self, now_s: float) -> dict[str, bool]:
-        """Causes of alarms that are no faults of the gauge, by name."""
+        """Alarm causes that are no faults of the gauge, by name."""
         beat_s = self._inputs.heartbeat_s
         return self._sizing.conditions() | {
             "wrong_orientation": bool(self._ingots and self._ingots.publication.wrong_orientation),

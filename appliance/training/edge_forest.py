@@ -1,4 +1,4 @@
-"""Training of the edge forest: from our own rendered scenes, or from a folder in the layout of BSDS500."""
+"""Trains the edge forest on rendered scenes, or on a folder in the layout of BSDS500."""
 
 import json
 import resource
@@ -19,42 +19,42 @@ from vision.edges.forest.model import StructuredForest
 from vision.edges.forest.training import Example, forest_of, train_tree
 from vision.edges.forest.tree import Growth, Tree
 
-TREES = 8
-TREES_EVALUATED = 4
-SCENE_EXAMPLES = 400  # of each tree
+TREES = 8  # as Dollar and Zitnick, doi:10.1109/TPAMI.2014.2377715
+TREES_EVALUATED = 4  # of each pixel; as in the same paper
+SCENE_EXAMPLES = 400  # chosen: rendered pictures for each tree
 
 
 class TrainingError(HotgaugeError):
-    """There is nothing to train from, or nowhere to write to; the message says what to do."""
+    """Training pictures are missing or the model cannot be written; the message says what, where and what to do."""
 
 
 class Source(Protocol):
-    """Where examples come from."""
+    """Supplies the examples of each tree."""
 
     @property
     def version(self) -> str:
-        """What they are, for the record."""
+        """Name and version of the examples, for the record."""
         ...
 
     @property
     def uneven_part(self) -> float:
-        """See `train_tree`."""
+        """Share of uneven patches without an edge; see `train_tree`."""
         ...
 
     def examples(self, rng: np.random.Generator) -> tuple[int, Iterable[Example]]:
-        """How many examples, and the examples, for one tree."""
+        """Number of examples for one tree, and the examples."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class SceneSource:
-    """Our own rendered scenes and shapes."""
+    """Rendered scenes of the mill, and shapes."""
 
     version: str = edge_scenes.DATA_VERSION
-    uneven_part: float = 0.5  # on a bar what is steep and no edge is rare, and has to be learnt
+    uneven_part: float = 0.5  # chosen: steep places that are no edge are rare on a bar, so they are drawn more often
 
     def examples(self, rng: np.random.Generator) -> tuple[int, Iterable[Example]]:
-        """Examples that no other tree sees."""
+        """Render examples for one tree; no other tree has the same ones."""
         return SCENE_EXAMPLES, edge_scenes.edge_examples(int(rng.integers(1 << 31)), SCENE_EXAMPLES)
 
 
@@ -78,18 +78,24 @@ class BsdsSource:
     def __init__(self, folder: Path) -> None:
         self._pairs = bsds_pairs(folder, "train")
 
-    def examples(self, rng: np.random.Generator) -> tuple[int, Iterable[Example]]:  # noqa: ARG002  none is left out
+    def examples(self, rng: np.random.Generator) -> tuple[int, Iterable[Example]]:  # noqa: ARG002  all pictures are used
         """All pictures; each tree draws its own patches of them."""
         return len(self._pairs), (bsds_example(*pair) for pair in self._pairs)
 
 
 def bsds_pairs(folder: Path, part: str) -> list[tuple[Path, Path]]:
-    """Pictures and ground truths of a part, `train`, `val` or `test`, sorted by name.
+    """Pairs of picture and ground truth, sorted by name.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder in the layout of BSDS500.
+    part : {"train", "val", "test"}
 
     Raises
     ------
     TrainingError
-        There are none, or a picture has no ground truth.
+        The part has no pictures, or a picture has no ground truth.
     """
     pictures = sorted((folder / "images" / part).glob("*.jpg"))
     if not pictures:
@@ -102,7 +108,14 @@ def bsds_pairs(folder: Path, part: str) -> list[tuple[Path, Path]]:
 
 
 def bsds_example(picture: Path, truth: Path) -> Example:
-    """A picture and the segments that each person saw.
+    """Read a picture and the segments that each person drew.
+
+    Parameters
+    ----------
+    picture : Path
+        JPEG.
+    truth : Path
+        MATLAB file with the segmentations.
 
     Raises
     ------
@@ -123,7 +136,7 @@ def bsds_example(picture: Path, truth: Path) -> Example:
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """How a model was made; stands beside it as JSON."""
+    """How a model was trained; written beside it as JSON."""
 
     command: str
     seed: int
@@ -146,11 +159,20 @@ def train(
     seed : int
         The same seed and source give the same forest.
     patches : int
-        Of each tree.
+        Patches for each tree.
     command : str
-        For the record.
+        Command line, for the record.
     on_progress : callable
-        Gets how much is done, of how much: each patch counts when it is drawn and when it has reached its leaf.
+        Receives steps done and steps in all; each patch is two steps, drawn and sorted into its leaf.
+
+    Returns
+    -------
+    tuple of StructuredForest and Record
+
+    Raises
+    ------
+    TrainingError
+        A picture or its ground truth cannot be read.
     """
     started = time.process_time()
     done = 0
@@ -182,7 +204,7 @@ def train(
 
 
 def check_output(output: Path) -> None:
-    """Refuse, before anything is trained, a place where the model cannot be written.
+    """Check, before training, that the model can be written.
 
     Raises
     ------
@@ -196,7 +218,14 @@ def check_output(output: Path) -> None:
 
 
 def write(forest: StructuredForest, record: Record, output: Path) -> None:
-    """Write the model, and beside it, with the ending `.json`, how it was made.
+    """Write the model, and beside it, with the suffix `.json`, its record.
+
+    Parameters
+    ----------
+    forest : StructuredForest
+    record : Record
+    output : Path
+        Model to write, `.npz`.
 
     Raises
     ------

@@ -1,13 +1,13 @@
-"""Pictures with known edges, on which the shipped edge forest is trained: scenes of the mill, and shapes of any kind.
+"""Pictures with known edges for training the shipped edge forest: scenes of the mill, and random shapes.
 
-What is an edge: the limbs and ends of a bar, the outline of a post before it, and, where they can be seen, those of
-rollers, barriers and clutter. What is none, though it may be as steep: patches of scale, uneven cooling, texture,
-reflections, glare, haze, and blots that are
-darker than what they lie on.
+Edges are the limbs and ends of a bar, the outline of a post before it, and the visible outlines of rollers, barriers
+and clutter. No edges, however steep, are patches of scale, uneven cooling, texture, reflections, glare, haze, and blots
+darker than their ground.
 """
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import cast
 
 import cv2
 import numpy as np
@@ -19,27 +19,28 @@ from appliance.simulation.bars.disturbances import Post, Side
 from appliance.simulation.bars.line_scene import Picture
 from appliance.simulation.bars.study_scenes import SIDES, Setup, set_up
 from appliance.simulation.bars.surface import hits
-from appliance.simulation.sensor import Response, blurred_step, encode
+from appliance.simulation.response import Response, encode
+from appliance.simulation.sensor import blurred_step
 from appliance.simulation.true_rig import TrueCamera
 from vision.edges.forest.training import Example
-from vision.light import decoding_table
+from vision.light import NamedResponse, decoding_table
 
-DATA_VERSION = "scenes 2"  # raise it whenever these pictures change
+DATA_VERSION = "scenes 2"  # to be raised with each change of these pictures
 
-FIRST_SEED = 10_000_000  # of training; studies and tests draw theirs below
+FIRST_SEED = 10_000_000  # training draws seeds from here on, studies and tests below
 PICTURE_SIZE = (560, 420)
 CROP_PX = 160
-CROPS = 6  # of each picture
-SHAPES_PART = 0.3  # of all examples
-NEAR_LIMB_PART = 0.85  # of the mill's examples
-UNKNOWN = -1
-FIRST_BAR = 200  # number of a bar's segment; things of the line have less
+CROPS_PER_PICTURE = 6  # chosen
+SHAPES_SHARE = 0.3  # chosen: share of random shapes in all examples
+NEAR_LIMB_SHARE = 0.85  # chosen: share of crops of the mill that lie on a limb
+UNKNOWN_SEGMENT = -1  # of pixels that no training uses
+FIRST_BAR_SEGMENT = 200  # bars are numbered from here on, things of the line below
 
 Image = NDArray[np.float32]
 Segments = NDArray[np.int16]
 Rng = np.random.Generator
 
-CONDITIONS = {
+CONDITIONS = {  # chosen: share of the scenes under each condition
     "clean": 0.14,
     "scale": 0.46,
     "rollers": 0.06,
@@ -51,27 +52,28 @@ CONDITIONS = {
     "two-bars": 0.03,
 }
 EFFECTS = ("ovality", "defocus", "jpeg-444", "jpeg-420")
-EFFECT_PART = 0.15  # of the scenes that have one of them, each
+EFFECT_SHARE = 0.15  # chosen: share of scenes with each effect
 
-LEAST_STEP = 0.006  # slope of the blurred picture, per pixel, at which an outline can be seen
-SEEN_PX = 2
+LEAST_SLOPE = 0.006  # chosen, of full scale per pixel: an outline with less in the blurred picture is invisible
+UNSEEN_MARGIN_PX = 2  # chosen: pixels around an invisible outline that are unknown
 
 
 def edge_examples(seed: int, count: int) -> Iterator[Example]:
-    """Endless variety, drawn from a seed.
+    """Render random examples of `CROP_PX` x `CROP_PX` pixels.
 
     Parameters
     ----------
     seed : int
+        The same seed gives the same examples.
     count : int
-        Examples, of `CROP_PX` pixels each way.
+        Number of examples.
 
     Yields
     ------
     Example
     """
     rng = np.random.default_rng([seed, 0x6564])
-    shapes = round(SHAPES_PART * count)
+    shapes = round(SHAPES_SHARE * count)
     for _ in range(shapes):
         yield _shapes(rng)
     left = count - shapes
@@ -83,7 +85,7 @@ def edge_examples(seed: int, count: int) -> Iterator[Example]:
 
 def _mill_crops(rng: Rng) -> list[Example]:
     """Crops of both pictures of a drawn scene."""
-    effects = [name for name in EFFECTS if rng.random() < EFFECT_PART]
+    effects = [name for name in EFFECTS if rng.random() < EFFECT_SHARE]
     condition = str(rng.choice(list(CONDITIONS), p=list(CONDITIONS.values())))
     setup = set_up(condition, FIRST_SEED + int(rng.integers(1 << 31)), PICTURE_SIZE, effects)
     setup = replace(setup, bars=tuple(_more_varied(bar, rng) for bar in setup.bars))
@@ -92,7 +94,7 @@ def _mill_crops(rng: Rng) -> list[Example]:
 
 
 def _more_varied(bar: Bar, rng: Rng) -> Bar:
-    """Scale of more kinds than the mill's own scenes have."""
+    """Vary the scale of a bar more than the mill's own scenes do."""
     if bar.oxide is None:
         return bar
     oxide = replace(
@@ -106,7 +108,7 @@ def _more_varied(bar: Bar, rng: Rng) -> Bar:
 
 
 def _crops(setup: Setup, side: Side, picture: Picture, rng: Rng) -> Iterator[Example]:
-    """Turned and scaled pieces of a picture, mostly around a limb."""
+    """Crops of a picture, turned and scaled, mostly around a limb."""
     camera = setup.rig.left if side == "left" else setup.rig.right
     grid = camera.pixel_grid()
     rays = camera.rays(grid)
@@ -116,13 +118,13 @@ def _crops(setup: Setup, side: Side, picture: Picture, rng: Rng) -> Iterator[Exa
     limb = grid[::4, 4::4][seen[:, 1:] != seen[:, :-1]]
     hidden = [_hidden(post, setup) for post in setup.disturbances if isinstance(post, Post) and post.side == side]
     colour = picture[..., ::-1].astype(np.float32) / np.float32(255)
-    for _ in range(CROPS):
+    for _ in range(CROPS_PER_PICTURE):
         places = _places(camera, bar, limb, rng)
         image, *behind = (_resampled(plane, places, cv2.INTER_LINEAR) for plane in (colour, *hidden))
         segments = _resampled(parts.astype(np.float32), places, cv2.INTER_NEAREST).astype(np.int16)
         _paint_bars(segments, setup, camera, places)
         for coverage in behind:
-            segments[coverage > 0.5] = FIRST_BAR - 1
+            segments[coverage > 0.5] = FIRST_BAR_SEGMENT - 1
         shown = _as_shown(image, setup.sensor.response, rng)
         yield Example(shown, (_without_invisible(segments, shown),))
 
@@ -138,16 +140,16 @@ def _resampled(plane: Image, places: NDArray[np.float64], how: int) -> Image:
 
 
 def _paint_bars(segments: Segments, setup: Setup, camera: TrueCamera, places: NDArray[np.float64]) -> None:
-    """Number the pixels that show a bar, the nearest bar last."""
+    """Write the segment numbers of bars into their pixels, the nearest bar last."""
     rays = camera.rays(places)
     for number, bar in enumerate(sorted(setup.bars, key=lambda bar: -abs(bar.offset_mm - camera.centre_mm[0]))):
-        segments[hits(camera.centre_mm, rays, bar).seen] = FIRST_BAR + number
+        segments[hits(camera.centre_mm, rays, bar).seen] = FIRST_BAR_SEGMENT + number
 
 
 def _places(camera: TrueCamera, bar: Bar, limb: NDArray[np.float64], rng: Rng) -> NDArray[np.float64]:
-    """Pixels of the picture, shape (CROP_PX, CROP_PX, 2), that a crop's pixels show."""
+    """Positions in the picture of a crop's pixels, shape (CROP_PX, CROP_PX, 2)."""
     size = np.array(camera.image_size)
-    near_limb = len(limb) > 0 and rng.random() < NEAR_LIMB_PART
+    near_limb = len(limb) > 0 and rng.random() < NEAR_LIMB_SHARE
     centre = limb[rng.integers(len(limb))] + rng.normal(0, 25, 2) if near_limb else rng.uniform(0, size)
     further, nearer = camera.project(bar.axis_point_mm + np.outer([100.0, 0.0], bar.axis_direction))
     upright = float(np.arctan2(*(further - nearer)[::-1])) - np.pi / 2
@@ -172,7 +174,7 @@ def _places(camera: TrueCamera, bar: Bar, limb: NDArray[np.float64], rng: Rng) -
 
 
 def _as_shown(image: Image, response: Response, rng: Rng) -> Image:
-    """The picture in colour, or one of the greys of which edges are found."""
+    """The picture in colour, or in one of the greys that edge detectors receive."""
     kind = rng.random()
     if kind < 0.35:
         return image
@@ -181,21 +183,21 @@ def _as_shown(image: Image, response: Response, rng: Rng) -> Image:
         return np.asarray(cv2.cvtColor(image, cv2.COLOR_RGB2GRAY), np.float32)
     if kind < 0.75:
         return brightest
-    light = np.interp(brightest, np.linspace(0, 1, 256), decoding_table(response))
+    light = np.interp(brightest, np.linspace(0, 1, 256), decoding_table(cast("NamedResponse", response)))
     return np.asarray(encode(light, "srgb"), np.float32)
 
 
 def _without_invisible(segments: Segments, image: Image) -> Segments:
-    """Segments with `UNKNOWN` around outlines that cannot be seen."""
+    """Segments with `UNKNOWN_SEGMENT` around outlines that cannot be seen."""
     grey = image if image.ndim == 2 else image.max(axis=2)
     smooth = cv2.GaussianBlur(grey, (0, 0), 2.0)
     slope = cv2.magnitude(*(cv2.Sobel(smooth, cv2.CV_32F, dx, 1 - dx, scale=1 / 8) for dx in (1, 0)))
     outline = np.zeros(segments.shape, np.bool_)
     outline[1:] |= segments[1:] != segments[:-1]
     outline[:, 1:] |= segments[:, 1:] != segments[:, :-1]
-    around = np.ones((2 * SEEN_PX + 1, 2 * SEEN_PX + 1), np.uint8)
-    hidden = outline & (slope < LEAST_STEP)
-    return np.where(cv2.dilate(hidden.astype(np.uint8), around) > 0, np.int16(UNKNOWN), segments)
+    around = np.ones((2 * UNSEEN_MARGIN_PX + 1, 2 * UNSEEN_MARGIN_PX + 1), np.uint8)
+    hidden = outline & (slope < LEAST_SLOPE)
+    return np.where(cv2.dilate(hidden.astype(np.uint8), around) > 0, np.int16(UNKNOWN_SEGMENT), segments)
 
 
 def _shapes(rng: Rng) -> Example:

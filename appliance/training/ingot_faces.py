@@ -1,8 +1,8 @@
 """Fits the weights of `WrinkleOdds` on the simulated ingot line: `python -m appliance.training.ingot_faces`.
 
-Two ingots a line, drawn from seeds that no study uses. The simulated faces are varied further, so that the
-weights also hold for faces that the line does not draw: bottoms get mottling, a darker middle, flakes and streaks, tops
-lose contrast, both are blurred, shifted and given noise.
+Each line shows two ingots, drawn from seeds that no study uses. The simulated faces are varied further, so that the
+weights also hold for faces that the simulation does not draw: bottoms get mottling, a darker middle, flakes and
+streaks, tops lose contrast, and both are blurred, shifted and noisy.
 """
 
 import argparse
@@ -29,19 +29,19 @@ Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 Rng = np.random.Generator
 
-FIRST_SEED = 10000
-LINES = 200
-EVERY = 8  # frames: neighbours show the same
-VARIANTS = 2  # of each frame, beside itself
-PENALTY = 1e-4  # on squared weights
-ROUNDS = 30
+FIRST_SEED = 10000  # training draws seeds from here on, studies below
+LINES = 200  # chosen
+FRAME_STEP = 8  # chosen: frames in between show nearly the same face
+VARIANTS = 2  # chosen: varied faces of each frame, beside the face itself
+PENALTY = 1e-4  # chosen: of the squared weights, for each sample
+NEWTON_STEPS = 30  # chosen
 _across = (np.arange(SIZE) - (SIZE - 1) / 2) / (SIZE / 2)
 _x, _y = np.meshgrid(_across, _across)
 _disc = np.clip(20 * (1 - np.hypot(_x, _y)), 0, 1)
 
 
 class Face(NamedTuple):
-    """An end that was found, its label, and the judge of its line."""
+    """Picture of an end, its true label, and the classifier with its line's references."""
 
     image: Picture
     is_top: bool
@@ -49,7 +49,7 @@ class Face(NamedTuple):
 
 
 def main() -> None:
-    """Draw, vary, fit, and print the constants."""
+    """Fit the weights and print them as constants."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--lines", type=int, default=LINES)
     lines = int(parser.parse_args().lines)
@@ -70,22 +70,22 @@ def main() -> None:
 
 
 def faces(seed: int) -> Iterator[Face]:
-    """Ends of two ingots of a line, in every eighth frame."""
+    """Ends of two ingots of a line, in every FRAME_STEP-th frame."""
     sequence = ingot_sequence(seed, "mixed", 2)
     references = References(sequence.references["top"], sequence.references["bottom"])
     view = IngotView(references, Box(*sequence.roi_crop), Box(*sequence.roi_centroid))
     judge = WrinkleOdds(as_reference(references.top), as_reference(references.bottom))
     reader = None
-    for frame in itertools.count(0, EVERY):
+    for frame in itertools.count(0, FRAME_STEP):
         try:
-            picture, told = sequence.picture(frame)
+            picture, truth = sequence.picture(frame)
         except StopIteration:
             return
-        if told.present and told.state == "placed":
+        if truth.present and truth.state == "placed":
             reader = reader or make_reader(IngotSettings(), view, picture)
             reading = reader.read(picture)
             if reading.present:
-                yield Face(end_image(picture, _end(reading)), told.label == "top", judge)
+                yield Face(end_image(picture, _end(reading)), truth.label == "top", judge)
 
 
 def _end(reading: OrientationReading) -> End:
@@ -93,7 +93,15 @@ def _end(reading: OrientationReading) -> End:
 
 
 def varied(image: Picture, rng: Rng, *, is_top: bool) -> Picture:
-    """Another face of the same kind."""
+    """Vary a face at random without changing its label.
+
+    Parameters
+    ----------
+    image : ndarray of uint8, shape (SIZE, SIZE)
+    rng : Generator
+    is_top : bool
+        Label of the face.
+    """
     light = np.log(image.astype(float) + 4)
     if is_top and rng.random() < 0.4:
         slow = cv2.GaussianBlur(light, (0, 0), 12)
@@ -125,11 +133,19 @@ def _blemishes(rng: Rng) -> Array:
 
 
 def fit(values: Array, labels: Array) -> tuple[Array, float]:
-    """Logistic regression by Newton's method: weights and constant."""
+    """Logistic regression with an L2 penalty by Newton's method: weights and constant.
+
+    Parameters
+    ----------
+    values : ndarray of float64, shape (n, features)
+        Standardised.
+    labels : ndarray of float64, shape (n,)
+        1 top, 0 bottom.
+    """
     design = np.column_stack([values, np.ones(len(values))])
     penalty = PENALTY * len(values) * np.append(np.ones(values.shape[1]), 0)
     weights = np.zeros(design.shape[1])
-    for _ in range(ROUNDS):
+    for _ in range(NEWTON_STEPS):
         probability = 1 / (1 + np.exp(-design @ weights))
         slope = design.T @ (labels - probability) - penalty * weights
         curvature = (design * (probability * (1 - probability))[:, None]).T @ design + np.diag(penalty + 1e-9)

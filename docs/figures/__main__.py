@@ -23,7 +23,8 @@ from appliance.sizing.stereo.calibrate_folder import calibrate_folder
 from vision.calibration.rig import Rig
 from vision.edges.profiles import sample_profiles
 from vision.geometry.camera import Camera
-from vision.light import decoding_table
+from vision.light_planes import Decoder
+from vision.sent_picture import SentPicture
 from vision.sizing.region_grid import RegionGrid
 from vision.sizing.tangent.limb_finder import LimbFinder
 
@@ -40,7 +41,7 @@ def mill_pair(lit: bool):
     """A bar of the embedded mill, with or without its glow on the rollers."""
     bar = Bar(190.0)
     scene = Scene(default_rig(), 1, Sensor("gamma 2.2"), lit_by=bar if lit else None)
-    return [coded(picture, "jpeg 4:4:4") for picture in scene.pair(bar, 0)]
+    return [SentPicture.of(coded(picture, "jpeg 4:4:4")) for picture in scene.pair(bar, 0)]
 
 
 def mill_rig():
@@ -52,22 +53,23 @@ def mill_rig():
 
 def limb_profiles(pair, rig):
     """Mean red light across each limb, background to bar, over the bar's own light, one row per limb."""
-    decode = decoding_table(rig.response)
+    decoder = Decoder(rig.response)
     rows = []
     for view, (camera, picture) in enumerate(zip((rig.left, rig.right), pair, strict=True)):
-        outline = RegionGrid(camera, rig.region_y_mm).bars(picture, decode)[0]
-        finder = LimbFinder(view, camera, decode, rig.region_y_mm)
+        outline = RegionGrid(camera, rig.region_y_mm).bars(picture.shown, decoder.shown)[0]
+        finder = LimbFinder(view, camera, decoder, rig.region_y_mm)
         limbs = [
             finder.finely(picture, finder.roughly(picture, line, side).line, side, rig.region_y_mm)
             for line, side in ((outline.left, -1), (outline.right, +1))
         ]
         middle = 0.5 * (limbs[0].point_px.mean(axis=0) + limbs[1].point_px.mean(axis=0))
+        plane = decoder.planes(picture.coding, np.zeros(3), np.eye(3)[RED])[0]
         for limb in limbs:
             along = np.linalg.svd(limb.point_px - limb.point_px.mean(axis=0))[2][0]
             normal = np.array([-along[1], along[0]])
             normal *= np.sign((middle - limb.point_px.mean(axis=0)) @ normal)
             normals = np.tile(normal, (len(limb.point_px), 1))
-            profile = sample_profiles(picture, RED, decode, limb.point_px, normals, OFFSETS_PX)
+            profile = sample_profiles(picture.measured, plane, limb.point_px, normals, OFFSETS_PX)
             mean = np.nanmean(profile, axis=0)
             rows.append(mean / mean[(OFFSETS_PX > 6) & (OFFSETS_PX < 11)].mean())
     return np.array(rows)
@@ -75,8 +77,10 @@ def limb_profiles(pair, rig):
 
 def noise(pair):
     """Level and standard deviation of the noise in code values of red, from differences that slopes cancel in."""
-    red = np.concatenate([picture[:, :, RED].ravel() for picture in pair])
-    rough = np.concatenate([np.abs(cv2.filter2D(p[:, :, RED].astype(float), -1, NOISE_KERNEL)).ravel() for p in pair])
+    red = np.concatenate([picture.shown[:, :, RED].ravel() for picture in pair])
+    rough = np.concatenate(
+        [np.abs(cv2.filter2D(p.shown[:, :, RED].astype(float), -1, NOISE_KERNEL)).ravel() for p in pair]
+    )
     levels = np.arange(10, 245, 10)
     near = [np.abs(red.astype(int) - level) <= 4 for level in levels]
     return levels, [np.mean(rough[one]) * np.sqrt(np.pi / 2) / 6 if one.sum() > 3000 else np.nan for one in near]

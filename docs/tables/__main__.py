@@ -6,6 +6,7 @@ from pathlib import Path
 from appliance.conformity.thermal_expansion import GRADES
 from appliance.diagnostics.alarms import ALARMS
 from appliance.diagnostics.fault_table import FAULTS
+from appliance.history.tables import TABLES, Column, Table
 from appliance.settings.table import table
 from appliance.simulation.bars.study_scenes import CONDITIONS
 from appliance.simulation.ingots.conditions import INGOT_CONDITIONS
@@ -26,6 +27,7 @@ def texts() -> dict[str, str]:
         "scenes.md": scenes(),
         "alarms.md": alarms(),
         "grades.md": grades(),
+        "history.md": history(),
     }
 
 
@@ -122,6 +124,25 @@ def grades() -> str:
     ]
     head = ("expansion_grade", "steel", *(f"elongation at {temperature_c} °C" for temperature_c in temperatures_c))
     return _document("Steel grades", "How much larger steel is than at 20 °C, by EN 1993-1-2:2005.", head, rows)
+
+
+def history() -> str:
+    """The tables of the history, as `hotgauge export` writes them."""
+    intro = (
+        "What `hotgauge export --what TABLE` writes. Each time is two columns, `..._utc` and `..._local`; what is "
+        "not known is empty. Rows are selected by the first column."
+    )
+    return f"# Tables of the history\n\n{intro}\n\n" + "\n".join(map(_history_table, TABLES))
+
+
+def _exported_name(column: Column) -> str:
+    return column.name.removesuffix("_ms") if column.kind == "time" else column.name
+
+
+def _history_table(table: Table) -> str:
+    rows = [(f"`{_exported_name(column)}`", column.unit, column.text) for column in table.columns]
+    name = table.name.replace("_", "-")
+    return "#" + _document(name, table.text, ("column", "unit", "text"), rows)
 
 
 _SETTINGS_HEAD = ("key", "allowed", "default", "text")

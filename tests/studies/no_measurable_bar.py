@@ -135,7 +135,7 @@ def faults_of_frozen(seen, seed):
         moment_s = (number + 1) * PERIOD_S
         stamps = (round(1e6 * moment_s),) * 2
         exposure = Exposure(pictures, stamps, moment_s, dropped=0, repeated=False)
-        verdict = liveness.look(exposure, moment_s + LivenessSettings().lost_after_ms / 1000)
+        verdict = liveness.judge(exposure, moment_s + LivenessSettings().lost_after_ms / 1000)
     return [] if verdict.counts else list(verdict.faults)
 
 

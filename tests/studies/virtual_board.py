@@ -162,7 +162,7 @@ def run_sequence(case):
 
 def aligned(gauge, left, right):
     outlines = tuple(
-        grid.bars(image, gauge._decode)[0] for grid, image in zip(gauge._grids, (left, right), strict=True)
+        grid.bars(image, gauge._decoder.shown)[0] for grid, image in zip(gauge._grids, (left, right), strict=True)
     )
     regions = gauge._regions((left, right), outlines)
     edges = [gauge._view_edges(region, outline) for region, outline in zip(regions, outlines, strict=True)]

@@ -131,9 +131,9 @@ def test_a_process_that_hangs_is_ended_and_comes_back(rehearsal, plc, how):
 
 
 def test_a_process_that_keeps_dying_is_a_failure_and_told_until_somebody_has_seen_it(rehearsal, plc, monkeypatch):
-    monkeypatch.setattr(keeper, "ENDS_IN_ROW", 3)
-    monkeypatch.setattr(keeper, "COOL_DOWN_S", 2.0)
-    monkeypatch.setattr(keeper, "GOOD_RUN_S", 3.0)
+    monkeypatch.setattr(keeper, "ENDS_BEFORE_FAILING", 3)
+    monkeypatch.setattr(keeper, "FAILING_PAUSE_S", 2.0)
+    monkeypatch.setattr(keeper, "GOOD_RUN_TIME_S", 3.0)
     begun_s = time.monotonic()
     rehearsal.tell("error")
     failing = plc.first(begun_s, lambda seen: "station_failing" in seen.faults, 30)
@@ -168,7 +168,7 @@ def test_a_loop_that_runs_without_measuring_is_a_fault_and_ended(tmp_path, monke
 def test_a_clock_that_is_set_by_a_day_is_told_and_touches_no_value(rehearsal, plc, monkeypatch):
     from appliance.supervisor import clock_watch as wall_clock  # noqa: PLC0415
 
-    monkeypatch.setattr(wall_clock, "REMEMBERED_S", 2.0)
+    monkeypatch.setattr(wall_clock, "STEP_MEMORY_S", 2.0)
     for step_s in (86_400, -86_400):
         begun_s = time.monotonic()
         rehearsal.wall = lambda step_s=step_s: time.time() + step_s

@@ -1,11 +1,14 @@
-"""The examples in the docstrings of vision run and print what they say."""
+"""The examples in the docstrings of vision and of the register map run and print what they say."""
 
 import doctest
 import importlib
 
 import pytest
 
-MODULES = ("vision.readings", "vision.sizing.gauge", "vision.fusion.methods", "vision.edges.operators")
+MODULES = (
+    "plc.process_image", "plc.registers", "vision.readings", "vision.sizing.gauge", "vision.fusion.methods",
+    "vision.edges.operators",
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("name", MODULES)

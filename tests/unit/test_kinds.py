@@ -13,7 +13,7 @@ from appliance.cameras.kinds import ConveyorCamera, IngotCamera, StereoCamera
 from appliance.cameras.section import PairCamera, PictureCamera
 from appliance.cameras.source import CameraError
 from appliance.cli.main import COMMANDS, parser
-from appliance.cli.measure import BY_METHOD, ROOMS
+from appliance.cli.measure import ROOM_BY_METHOD, ROOMS
 from appliance.diagnostics.fault_table import FAULTS
 from appliance.ingot.reader_setup import load_view
 from appliance.ingot.settings import IngotSettings
@@ -118,7 +118,7 @@ def test_what_makes_millimetres_unusable_is_a_fault_of_the_table():
 def test_every_sizing_method_measures_recordings_too():
     rooms = {method.__module__.rpartition(".")[0] for method in METHODS}
     assert {type(room).__module__.rpartition(".")[0] for room in ROOMS} == rooms
-    assert set(BY_METHOD) >= {made(method).method for method in METHODS}
+    assert set(ROOM_BY_METHOD) >= {made(method).method for method in METHODS}
 
 
 @pytest.mark.parametrize("room", ROOMS, ids=lambda room: room.names[0])

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.calibration.json_fields import Fields
-from vision.calibration.rig import read_response
-from vision.light import Response
+from vision.calibration.rig import read_response_name
+from vision.light import NamedResponse
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,8 +29,8 @@ class Board:
         Standard uncertainty of `square_mm`, common to all squares.
     height_u_mm : float
         Standard uncertainty of each height.
-    response : str
-        How pixel values follow from light in the pictures.
+    response : str or None
+        How pixel values follow from light in the pictures, where the user knows it; else they are measured for it.
 
     Raises
     ------
@@ -45,7 +45,7 @@ class Board:
     high_mm: float
     square_u_mm: float
     height_u_mm: float
-    response: Response
+    response: NamedResponse | None = None
 
     def __post_init__(self) -> None:
         columns, rows = self.squares
@@ -92,7 +92,7 @@ class Board:
         ----------
         text : str
             JSON object with the keys `squares`, `square_mm`, `square_u_mm`, `low_mm`, `high_mm`, `height_u_mm`
-            and `response`.
+            and, where it is known, `response`.
 
         Returns
         -------
@@ -111,5 +111,5 @@ class Board:
             high_mm=fields.number("high_mm"),
             square_u_mm=fields.number("square_u_mm"),
             height_u_mm=fields.number("height_u_mm"),
-            response=read_response(fields),
+            response=read_response_name(fields) if "response" in fields else None,
         )

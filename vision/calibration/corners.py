@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.calibration.checkerboard import Board
-from vision.pictures import check_picture, grey
+from vision.pictures import grey
+from vision.sent_picture import Codes, SentPicture
 
 # Half side of the refinement's window over a square's side, and its smoothing, found by trial on path-traced boards of
 # 28 to 100 pixels a square: residual 0.032 px, against 0.057 px with a window of a tenth of one. Decoding to linear
@@ -36,7 +37,7 @@ class Found(NamedTuple):
     reason: str
 
 
-def find_corners(image: NDArray[np.uint8], board: Board) -> Found:
+def find_corners(image: SentPicture | Codes, board: Board) -> Found:
     """Find all inner corners of the board.
 
     OpenCV's classic detector and its sector-based one propose grids, the quick one first, until one holds: its
@@ -46,8 +47,8 @@ def find_corners(image: NDArray[np.uint8], board: Board) -> Found:
 
     Parameters
     ----------
-    image : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
-        Grey, or blue-green-red.
+    image : SentPicture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
+        Corners are found in 8 bits and located in the code values as they were sent.
     board : Board
 
     Returns
@@ -59,14 +60,15 @@ def find_corners(image: NDArray[np.uint8], board: Board) -> Found:
     Raises
     ------
     ValueError
-        `image` is not a picture of 8 bit.
+        `image` is not a picture of 8 or 16 bit.
     """
-    check_picture("image", image)
-    pixels = grey(image)
+    picture = SentPicture.of(image)
+    pixels = grey(picture.shown)
+    fine = _fine_grey(picture)
     columns, rows = board.inner_corners
     reason = f"no board of {columns} x {rows} inner corners found"
     for grid in _proposals(pixels, board):
-        refined = _refined(pixels, _right_handed(grid, board), board)
+        refined = _refined(fine, _right_handed(grid, board), board)
         reason = _fault(pixels, refined, board)
         if not reason:
             return Found(_ordered(pixels, refined, board), "")
@@ -95,9 +97,19 @@ def _right_handed(corners: NDArray[np.float64], board: Board) -> NDArray[np.floa
     return (grid[:, ::-1] if mirrored else grid).reshape(-1, 2)
 
 
-def _refined(pixels: NDArray[np.uint8], corners: NDArray[np.float64], board: Board) -> NDArray[np.float64]:
+def _fine_grey(picture: SentPicture) -> NDArray[np.float32]:
+    """Code values as they were sent, grey; colours and mosaics as they are shown unless they have more than 8 bits."""
+    codes = picture.measured
+    if codes.shape[2] == 1 and picture.coding.mosaic is None:
+        return codes[:, :, 0].astype(np.float32)
+    if codes.shape[2] == 3 and picture.coding.bits > 8:
+        return np.asarray(cv2.cvtColor(codes, cv2.COLOR_BGR2GRAY), np.float32)
+    return grey(picture.shown).astype(np.float32)
+
+
+def _refined(pixels: NDArray[np.float32], corners: NDArray[np.float64], board: Board) -> NDArray[np.float64]:
     half = max(2, round(WINDOW_SHARE * _square_px(corners, board)))
-    smooth = cv2.GaussianBlur(pixels.astype(np.float32), (0, 0), SMOOTHING_PX)
+    smooth = cv2.GaussianBlur(pixels, (0, 0), SMOOTHING_PX)
     criteria = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-4)
     start = corners.astype(np.float32).reshape(-1, 1, 2)
     return cv2.cornerSubPix(smooth, start, (half, half), (-1, -1), criteria).reshape(-1, 2).astype(np.float64)

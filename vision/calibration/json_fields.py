@@ -33,6 +33,8 @@ class Fields:
             return cls(json.loads(text, parse_constant=_refuse_constant))
         except json.JSONDecodeError as error:
             raise ValueError(f"not well-formed JSON: {error}") from error
+        except RecursionError as error:
+            raise ValueError("not a file of ours: objects are nested too deeply") from error
 
     def __contains__(self, key: str) -> bool:
         """Whether the object has a key."""

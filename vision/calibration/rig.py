@@ -3,7 +3,7 @@
 import json
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, Self, get_args
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vision.calibration.json_fields import Fields
 from vision.calibration.still_marks import NO_MARKS, Marks
 from vision.geometry.camera import CAMERA_PARAMETERS, Camera
-from vision.light import Response
+from vision.light import CURVE_PARAMETERS, NAMED_RESPONSES, NamedResponse, Response, ResponseCurve
 
 FORMAT_VERSION = 1
 
@@ -29,7 +29,7 @@ class Rig:
     covariance : ndarray of float64, shape (30, 30)
         Covariance (k = 1) of the parameters of `perturbed`: the left camera's, then the right one's;
         pixels, radians, mm. The scale of the board and the heights of the registration boards are not in it.
-    response : str
+    response : str or ResponseCurve
         How pixel values follow from light.
     region_y_mm : tuple of float
         Measuring region along the rolling direction, on the world's y axis.
@@ -118,7 +118,7 @@ class Rig:
             "format_version": FORMAT_VERSION,
             "left": _camera_values(self.left),
             "right": _camera_values(self.right),
-            "response": self.response,
+            "response": response_values(self.response),
             "region_y_mm": list(self.region_y_mm),
             "square_relative_u": self.square_relative_u,
             "low_mm": self.low_mm,
@@ -172,11 +172,30 @@ class Rig:
         )
 
 
+def response_values(response: Response) -> object:
+    """Response as JSON has it: a name, or an object of a curve's parameters and covariance."""
+    if not isinstance(response, ResponseCurve):
+        return response
+    values = dict(zip(CURVE_PARAMETERS, response.parameters.tolist(), strict=True))
+    return {**values, "covariance": response.covariance.tolist()}
+
+
 def read_response(fields: Fields) -> Response:
+    """Read a response's name or curve; `ValueError` names the key and the names allowed."""
+    if isinstance(fields.value("response"), dict):
+        curve = fields.section("response")
+        exponent, offset, shoulder = (curve.number(name) for name in CURVE_PARAMETERS)
+        if exponent <= 0.0 or offset <= -1.0 or shoulder <= -1.0:
+            fields.refuse("response", "an exponent above 0, an offset and a shoulder above -1 are needed")
+        return ResponseCurve(exponent, offset, shoulder, curve.array("covariance", (3, 3)))
+    return read_response_name(fields)
+
+
+def read_response_name(fields: Fields) -> NamedResponse:
     """Read the name of a response; `ValueError` names the key and the names allowed."""
     value: Any = fields.value("response")
-    if value not in get_args(Response):
-        fields.refuse("response", f"one of {', '.join(get_args(Response))} is needed, not {value!r}")
+    if value not in NAMED_RESPONSES:
+        fields.refuse("response", f"one of {', '.join(NAMED_RESPONSES)} is needed, not {value!r}")
     return value
 
 

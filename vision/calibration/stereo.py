@@ -28,6 +28,7 @@ from vision.calibration.checkerboard import Board
 from vision.calibration.initial_guess import HIGH, LOW, Guess, Pose, View, guess, residual_alone_px
 from vision.calibration.rig import BOARD_NAMES, Rig
 from vision.geometry.camera import rotation
+from vision.light import UNKNOWN_RESPONSE
 
 # Corners of one board in the left and in the right picture, each of shape (n, 2), pixels; None where not found.
 Pair = tuple[NDArray[np.float64] | None, NDArray[np.float64] | None]
@@ -264,7 +265,7 @@ def _rig(final: Adjusted, first: Guess, board: Board, region_y_mm: tuple[float, 
         left=final.scene.cameras[0],
         right=final.scene.cameras[1],
         covariance=final.covariance[:N_RIG, :N_RIG],
-        response=board.response,
+        response=board.response or UNKNOWN_RESPONSE,
         region_y_mm=region_y_mm,
         square_relative_u=board.square_relative_u,
         low_mm=board.low_mm,

@@ -4,13 +4,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from vision.light_planes import LightPlane, bilinear_light
+from vision.sent_picture import Codes
+
 Array = NDArray[np.float64]
 
 
 def sample_profiles(
-    picture: NDArray[np.uint8],
-    channel: int,
-    decode: NDArray[np.float32],
+    picture: Codes,
+    plane: LightPlane,
     point_px: Array,
     normal: Array,
     offsets_px: Array,
@@ -19,11 +21,10 @@ def sample_profiles(
 
     Parameters
     ----------
-    picture : ndarray of uint8, shape (rows, columns, channels)
-    channel : int
-        Index of the picture's colour channel.
-    decode : ndarray of float32, shape (256,)
-        Light of every code value.
+    picture : ndarray of uint8 or uint16, shape (rows, columns, channels)
+        Code values as they were sent.
+    plane : LightPlane
+        Which of them count, and their light.
     point_px : ndarray of float64, shape (n, 2)
         Middles of the profiles, (x, y).
     normal : ndarray of float64, shape (n, 2)
@@ -36,11 +37,11 @@ def sample_profiles(
     ndarray of float64, shape (n, m)
         NaN outside the image.
     """
-    return _sample(picture, channel, decode, point_px, normal, offsets_px)
+    return _sample(picture, plane.compiled, point_px, normal, offsets_px)
 
 
 @njit(nogil=True, cache=True)
-def _sample(picture, channel, decode, point, normal, offsets):
+def _sample(picture, plane, point, normal, offsets):
     rows, columns = picture.shape[0], picture.shape[1]
     light = np.empty((point.shape[0], offsets.shape[0]))
     for i in range(point.shape[0]):
@@ -50,11 +51,5 @@ def _sample(picture, channel, decode, point, normal, offsets):
             if not (0.0 <= x <= columns - 1 and 0.0 <= y <= rows - 1):
                 light[i, j] = np.nan
                 continue
-            column, row = min(int(x), columns - 2), min(int(y), rows - 2)
-            right, down = x - column, y - row
-            above = (1 - right) * decode[picture[row, column, channel]]
-            above += right * decode[picture[row, column + 1, channel]]
-            below = (1 - right) * decode[picture[row + 1, column, channel]]
-            below += right * decode[picture[row + 1, column + 1, channel]]
-            light[i, j] = (1 - down) * above + down * below
+            light[i, j] = bilinear_light(picture, plane, x, y)
     return light

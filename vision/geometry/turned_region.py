@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 from vision.geometry.camera import Camera
 from vision.geometry.measuring_plane import PLANE_HEIGHT_MM, farthest_ideal_radius
+from vision.light_planes import LightPlane, bilinear_light
+from vision.sent_picture import Codes, SentPicture
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
@@ -38,18 +40,18 @@ class Region:
         Homography from (column, row) to the camera's ideal points (x/z, y/z).
     from_world : ndarray of float64, shape (2, 3)
         For a turned region, column and row of (x, y, 1), a point of the plane, mm; NaN for rows of the picture.
-    raw : ndarray of uint8
-        The picture that was resampled.
+    raw : Picture
+        The picture that was resampled, with its coding.
     camera : Camera
     """
 
     picture: Picture
     to_ideal: Array
     from_world: Array
-    raw: Picture
+    raw: SentPicture
     camera: Camera
 
-    def light(self, rows: NDArray[np.int64], columns: Array, channel: int, decode: NDArray[np.float32]) -> Array:
+    def light(self, rows: NDArray[np.int64], columns: Array, plane: LightPlane) -> Array:
         """Linear light of the raw picture at places of the region, bilinear between raw pixels.
 
         Code values that were mixed first and decoded afterwards are too dark at an edge, which then lies about
@@ -60,20 +62,16 @@ class Region:
         rows : ndarray of int64, shape (n,)
         columns : ndarray of float64, shape (n, m)
             Columns of m places in each of those rows of the region.
-        channel : int
-            0 for grey pictures.
-        decode : ndarray of float32, shape (256,)
-            Light of every code value.
+        plane : LightPlane
+            Which of the raw code values count, and their light.
 
         Returns
         -------
         ndarray of float64, shape (n, m)
             NaN outside the raw picture.
         """
-        raw = self.raw.reshape(*self.raw.shape[:2], -1)
-        light = np.empty(columns.shape)
-        _fill_light(self.to_ideal, self.camera.dist, self.camera.K, rows, columns, raw, channel, decode, light)
-        return light
+        lens = self.to_ideal, self.camera.dist, self.camera.K
+        return _light(lens, rows, columns, self.raw.measured, plane.compiled)
 
     def seen_on(self, other: "Region", to_other: Array) -> Picture:
         """Raw picture resampled on another region's pixels, and that region's own where this camera sees nothing.
@@ -94,7 +92,7 @@ class Region:
         to_ideal *= np.sign(to_ideal[2] @ middle)
         maps = fixed_point_map(self.camera, to_ideal, other.picture.shape[:2], farthest_ideal_radius(self.camera))
         aligned = other.picture.copy()
-        cv2.remap(self.raw, *maps, cv2.INTER_LINEAR, dst=aligned, borderMode=cv2.BORDER_TRANSPARENT)
+        cv2.remap(self.raw.shown, *maps, cv2.INTER_LINEAR, dst=aligned, borderMode=cv2.BORDER_TRANSPARENT)
         return aligned
 
 
@@ -118,12 +116,12 @@ class RegionSampler:
         self._radius = farthest_ideal_radius(camera)
         self._maps: OrderedDict[tuple[int, int, int], Maps] = OrderedDict()
 
-    def turned(self, image: Picture, slope: float, across_mm: tuple[float, float]) -> Region:
+    def turned(self, image: SentPicture | Codes, slope: float, across_mm: tuple[float, float]) -> Region:
         """Region whose rows cross a bar at a right angle.
 
         Parameters
         ----------
-        image : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        image : SentPicture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
         slope : float
             dx/dy of the bar.
         across_mm : tuple of float
@@ -142,11 +140,12 @@ class RegionSampler:
         to_ideal = np.column_stack([R[:, 0], R[:, 1], R[:, 2] * PLANE_HEIGHT_MM + t]) @ to_world
         columns = (max(last, first + 1) - first) * BLOCK_COLUMNS
         maps = self._map((turn, first, columns), to_ideal)
+        raw = SentPicture.of(image)
         return Region(
-            _remapped(image, maps),
+            _remapped(raw.shown, maps),
             to_ideal,
             np.asarray(np.linalg.inv(to_world), dtype=np.float64)[:2],
-            image,
+            raw,
             self._camera,
         )
 
@@ -165,13 +164,13 @@ class RegionSampler:
         return self._maps[key]
 
 
-def picture_region(camera: Camera, image: Picture, region_y_mm: tuple[float, float]) -> Region:
+def picture_region(camera: Camera, image: SentPicture | Codes, region_y_mm: tuple[float, float]) -> Region:
     """Rows of the undistorted picture that show the measuring region, whole width.
 
     Parameters
     ----------
     camera : Camera
-    image : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+    image : SentPicture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
     region_y_mm : tuple of float
         Measuring region along the rolling direction, as seen at x = 0 on the plane.
 
@@ -186,24 +185,26 @@ def picture_region(camera: Camera, image: Picture, region_y_mm: tuple[float, flo
     moved = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, low], [0.0, 0.0, 1.0]])
     to_ideal = np.asarray(np.linalg.solve(camera.K, moved), dtype=np.float64)
     maps = fixed_point_map(camera, to_ideal, (rows, width), farthest_ideal_radius(camera))
-    return Region(_remapped(image, maps), to_ideal, np.full((2, 3), np.nan), image, camera)
+    raw = SentPicture.of(image)
+    return Region(_remapped(raw.shown, maps), to_ideal, np.full((2, 3), np.nan), raw, camera)
 
 
-def whole_picture(camera: Camera, image: Picture) -> Region:
+def whole_picture(camera: Camera, image: SentPicture | Codes) -> Region:
     """Return the undistorted picture as a region, its pixels those of the camera without its lens.
 
     Parameters
     ----------
     camera : Camera
-    image : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+    image : SentPicture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
 
     Returns
     -------
     Region
     """
+    raw = SentPicture.of(image)
     to_ideal = np.asarray(np.linalg.inv(camera.K), dtype=np.float64)
-    maps = fixed_point_map(camera, to_ideal, image.shape[:2], farthest_ideal_radius(camera))
-    return Region(_remapped(image, maps), to_ideal, np.full((2, 3), np.nan), image, camera)
+    maps = fixed_point_map(camera, to_ideal, raw.shown.shape[:2], farthest_ideal_radius(camera))
+    return Region(_remapped(raw.shown, maps), to_ideal, np.full((2, 3), np.nan), raw, camera)
 
 
 def resampled_region(picture: Picture, region: Region) -> Region:
@@ -221,7 +222,7 @@ def resampled_region(picture: Picture, region: Region) -> Region:
     """
     size = picture.shape[1], picture.shape[0]
     camera = Camera(np.eye(3), np.zeros(5), np.eye(3), np.zeros(3), size)
-    return Region(picture, np.eye(3), region.from_world, picture, camera)
+    return Region(picture, np.eye(3), region.from_world, SentPicture.of(picture), camera)
 
 
 def fixed_point_map(camera: Camera, to_ideal: Array, shape: tuple[int, int], radius: float) -> Maps:
@@ -283,16 +284,13 @@ def _fill_map(H, dist, K, radius2, whole, part):  # noqa: PLR0917  # type: ignor
 
 
 @njit(nogil=True, cache=True)
-def _fill_light(H, dist, K, rows, columns, raw, channel, decode, light):  # noqa: PLR0917  # type: ignore[no-untyped-def]
+def _light(lens, rows, columns, raw, plane):  # type: ignore[no-untyped-def]
+    H, dist, K = lens
     height, width = raw.shape[:2]
+    light = np.full(columns.shape, np.nan)
     for r in range(columns.shape[0]):
         for k in range(columns.shape[1]):
-            light[r, k] = np.nan
             x, y, r2 = _raw_pixel(H, dist, K, columns[r, k], rows[r])
-            if not (r2 < np.inf and 0.0 <= x < width - 1 and 0.0 <= y < height - 1):
-                continue
-            j, i = int(x), int(y)
-            u, v = x - j, y - i
-            upper = (1 - u) * decode[raw[i, j, channel]] + u * decode[raw[i, j + 1, channel]]
-            lower = (1 - u) * decode[raw[i + 1, j, channel]] + u * decode[raw[i + 1, j + 1, channel]]
-            light[r, k] = (1 - v) * upper + v * lower
+            if r2 < np.inf and 0.0 <= x < width - 1 and 0.0 <= y < height - 1:
+                light[r, k] = bilinear_light(raw, plane, x, y)
+    return light

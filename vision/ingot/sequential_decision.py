@@ -148,7 +148,7 @@ class IngotFollower:
             return None
         return now.decided or self._known(now, None)
 
-    def take(self, frame: int, reading: OrientationReading) -> list[IngotDecision]:
+    def add(self, frame: int, reading: OrientationReading) -> list[IngotDecision]:
         """Take the next picture into account.
 
         Parameters

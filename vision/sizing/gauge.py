@@ -20,16 +20,15 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vision.calibration.rig import Rig
 from vision.readings import SizeReading
 from vision.reasons import Reason
+from vision.sent_picture import Codes, SentPicture
+from vision.sizing.checked_pictures import checked_pair
 from vision.sizing.tangent.gauge import TangentGauge
 from vision.sizing.virtual_board.gauge import VirtualBoardGauge
 from vision.sizing.virtual_board.reading import VirtualBoardReading
-
-Image = NDArray[np.uint8]
 
 # Chosen: a camera whose still marks have moved by more than 0.3 px needs a new calibration; beyond 4 px no value is
 # served.
@@ -57,13 +56,13 @@ class Gauge:
         self._tangent = TangentGauge(rig, ovality_mm)
         self._virtual_board = VirtualBoardGauge(rig)
 
-    def measure(self, left: Image, right: Image) -> SizeReading:
+    def measure(self, left: SentPicture | Codes, right: SentPicture | Codes) -> SizeReading:
         """Diameter of the bar in one pair of pictures: route T's, judged by route V's.
 
         Parameters
         ----------
-        left, right : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
-            Raw pictures, grey or blue-green-red.
+        left, right : SentPicture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
+            As they were sent; code values alone are grey or blue-green-red, all their bits used.
 
         Returns
         -------
@@ -74,25 +73,27 @@ class Gauge:
         Raises
         ------
         ValueError
-            A picture is not 8 bit, not grey or three-channel, or not of the size that the rig was calibrated for.
+            A picture is not of 8 or 16 bit, not grey or three-channel, or not of the size that the rig was calibrated
+            for.
         """
-        outlines = self._tangent.find(left, right)
-        moved_px = self._moved_px(left, right)
+        pictures = checked_pair(self._rig, left, right)
+        outlines = self._tangent.find(*pictures)
+        moved_px = self._moved_px(*pictures)
         moved = _reasons_of_move(max(np.nan_to_num(moved_px)))
         if isinstance(outlines, Reason):
             return SizeReading(reasons=outlines | moved)
         if moved.forbids_value:
             return SizeReading(reasons=moved)
-        beside = self._beside.submit(self._virtual_board.measure_bar, left, right, outlines)
-        tangent = self._tangent.measure_bar(left, right, outlines, moved_px)
+        beside = self._beside.submit(self._virtual_board.measure_bar, *pictures, outlines)
+        tangent = self._tangent.measure_bar(*pictures, outlines, moved_px)
         reading = judged(tangent, beside.result())
         return replace(reading, reasons=reading.reasons | moved)
 
-    def _moved_px(self, left: Image, right: Image) -> tuple[float, float]:
+    def _moved_px(self, left: SentPicture, right: SentPicture) -> tuple[float, float]:
         """Distance that each camera's still marks (fixed background points) have moved, px."""
         marks = self._rig.marks
-        beside = self._beside.submit(marks[0].moved_px, left)
-        right_px = marks[1].moved_px(right)
+        beside = self._beside.submit(marks[0].moved_px, left.shown)
+        right_px = marks[1].moved_px(right.shown)
         return beside.result(), right_px
 
 

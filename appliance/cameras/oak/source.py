@@ -21,6 +21,7 @@ from appliance.cameras.oak.settings import OakCamera, OakPictures
 from appliance.cameras.pacing import utc_ms
 from appliance.cameras.pairing import Exposure, Pairing
 from appliance.cameras.source import CameraError, Frame, FramePair
+from vision.sent_picture import SentPicture
 
 os.environ["DEPTHAI_AUTOCALIBRATION"] = "OFF"  # both are read when the library is loaded
 os.environ.setdefault("DEPTHAI_LEVEL", "error")
@@ -167,7 +168,7 @@ class _Open:
         stamp = frame.getTimestampDevice() if self.cameras.same_device else exposed
         exposure_us = 1e6 * frame.getExposureTime().total_seconds()
         return Exposure(
-            np.asarray(frame.getCvFrame(), dtype=np.uint8),
+            SentPicture.of(np.asarray(frame.getCvFrame(), dtype=np.uint8)),
             sequence=frame.getSequenceNum(),
             device_us=round(1e6 * stamp.total_seconds()),
             exposed_monotonic_s=exposed.total_seconds(),
@@ -243,7 +244,7 @@ class OakSource:
         for side in (0, 1):
             while self._add(side, NO_WAIT):
                 pass
-        return self._pairing.take()
+        return self._pairing.newest_pair()
 
     def _add(self, side: int, wait: timedelta) -> bool:
         exposure = self._open.take(side, wait)
@@ -292,7 +293,7 @@ class OakPictureSource:
         number = newest.sequence - self._first
         self._delivered += 1
         return Frame(
-            newest.picture,
+            newest.picture.shown,
             sequence=number,
             exposed_monotonic_s=newest.exposed_monotonic_s,
             exposed_utc_ms=utc_ms(newest.exposed_monotonic_s),

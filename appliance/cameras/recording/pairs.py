@@ -5,21 +5,17 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Generic, Protocol, Self, TypeVar
 
-import cv2
-import numpy as np
-from numpy.typing import NDArray
-
 from appliance.cameras.pacing import Pacer, device_us, utc_ms
+from appliance.cameras.recording.picture_file import read_picture, read_told_coding
+from appliance.cameras.recording.video_file import VideoFile
 from appliance.cameras.source import CameraError, EndOfRecording, FramePair
+from vision.sent_picture import SentPicture
 
-Picture = NDArray[np.uint8]
-Pictures = tuple[Picture, Picture]
+Pictures = tuple[SentPicture, SentPicture]
 
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg")
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mkv")
 SIDES = ("left", "right")
-JPEG_END = b"\xff\xd9"
-PNG_END = b"IEND\xaeB`\x82"
 
 Recorded = TypeVar("Recorded")
 
@@ -31,7 +27,7 @@ class Recording:
     ----------
     folder : Path
         With `left/` and `right/` (pictures named by their frame number) or `left.mp4` and `right.mp4`
-        (also .avi and .mkv).
+        (also .avi and .mkv); what pictures cannot say of their coding stands in `coding.json`.
 
     Raises
     ------
@@ -50,14 +46,14 @@ class Recording:
         """Number of pairs; of videos as their headers announce it."""
         return self._frames.announced
 
-    def __iter__(self) -> Iterator[tuple[int, Picture, Picture]]:
+    def __iter__(self) -> Iterator[tuple[int, SentPicture, SentPicture]]:
         """Frame number, left and right picture of each pair; raises `CameraError` like `read`."""
         position = 0
         while (pair := self.read(position)) is not None:
             yield pair
             position += 1
 
-    def read(self, position: int) -> tuple[int, Picture, Picture] | None:
+    def read(self, position: int) -> tuple[int, SentPicture, SentPicture] | None:
         """Frame number, left and right picture at a position from 0; None after the end.
 
         Raises
@@ -78,9 +74,9 @@ class Recording:
         self._frames.close()
 
 
-def unchanged_size(shape: tuple[int, int] | None, picture: Picture, place: str) -> tuple[int, int]:
+def unchanged_size(shape: tuple[int, int] | None, picture: SentPicture, place: str) -> tuple[int, int]:
     """Rows and columns of a picture; raises `CameraError` when they are not those that the recording's others have."""
-    now = picture.shape[0], picture.shape[1]
+    now = picture.shown.shape[0], picture.shown.shape[1]
     if shape not in {None, now}:
         was_text, now_text = (f"{columns} x {rows}" for rows, columns in (shape or now, now))
         raise CameraError(
@@ -177,7 +173,7 @@ class RecordingSource:
         CameraError
             As in `Recording.read`; the time stamp of a frame is missing.
         """
-        due = self._pacer.take(timeout_s)
+        due = self._pacer.next_due(timeout_s)
         if due is None:
             return None
         sequence, moment_s = due
@@ -185,8 +181,9 @@ class RecordingSource:
         left_us, right_us = self._stamps.of(number, sequence, self._laps.lap)
         repeated, self._last = number == self._last, number
         return FramePair(
-            left,
-            right,
+            left.shown,
+            right.shown,
+            sent=(left, right),
             sequence=sequence,
             left_us=left_us,
             right_us=right_us,
@@ -275,6 +272,7 @@ class _PictureFrames:
             raise CameraError(f"{folder}: left/ and right/ hold no PNG or JPEG pictures; record some")
         self._paths = {number: (left[number], right[number]) for number in sorted(left)}
         self._numbers = list(self._paths)
+        self._told = read_told_coding(folder)
         self.announced = len(self._numbers)
 
     def read(self, position: int) -> tuple[int, Pictures] | None:
@@ -282,7 +280,7 @@ class _PictureFrames:
             return None
         number = self._numbers[position]
         left, right = self._paths[number]
-        return number, (read_picture(left), read_picture(right))
+        return number, (read_picture(left, self._told), read_picture(right, self._told))
 
     def place(self, side: str, number: int) -> str:
         return str(self._paths[number][SIDES.index(side)])
@@ -304,34 +302,11 @@ def numbered_pictures(folder: Path) -> dict[int, Path]:
     return numbered
 
 
-def read_picture(path: Path) -> Picture:
-    """Read an 8-bit picture: grey as (rows, columns), colour as (rows, columns, 3) blue-green-red.
-
-    Raises
-    ------
-    CameraError
-        The file is missing, truncated or not a picture.
-    """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise CameraError(f"{path}: cannot be read ({error.strerror}); check the disk and its permissions") from error
-    # OpenCV fills what is missing of a truncated file with grey and calls it a picture.
-    end = PNG_END if path.suffix.lower() == ".png" else JPEG_END
-    if not data.rstrip(b"\0").endswith(end):
-        raise CameraError(f"{path}: the file breaks off before the picture's end; copy or record it again")
-    flags = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_IGNORE_ORIENTATION
-    picture = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
-    if picture is None:  # pyright: ignore[reportUnnecessaryComparison]  OpenCV's stub is wrong
-        raise CameraError(f"{path}: not a readable PNG or JPEG picture; copy or record it again")
-    return np.asarray(picture, dtype=np.uint8)
-
-
 class _VideoFrames:
-    """Two video files; frames are counted by grabbing them, because time stamps of containers are not reliable."""
+    """Two video files."""
 
     def __init__(self, left: Path, right: Path) -> None:
-        self._videos = _Video(left), _Video(right)
+        self._videos = VideoFile(left), VideoFile(right)
         self.announced, announced_right = (video.announced for video in self._videos)
         if self.announced != announced_right:
             raise CameraError(
@@ -354,32 +329,3 @@ class _VideoFrames:
     def close(self) -> None:
         for video in self._videos:
             video.close()
-
-
-class _Video:
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self._open()
-        self.announced = int(self._capture.get(cv2.CAP_PROP_FRAME_COUNT))
-
-    def read(self, position: int) -> Picture | None:
-        if position < self._position:
-            self.close()
-            self._open()
-        while self._position <= position:
-            if not self._capture.grab():
-                return None
-            self._position += 1
-        decoded, picture = self._capture.retrieve()
-        if not decoded:
-            raise CameraError(f"{self.path}: frame {position} cannot be decoded; copy or record the video again")
-        return np.asarray(picture, dtype=np.uint8)
-
-    def close(self) -> None:
-        self._capture.release()
-
-    def _open(self) -> None:
-        self._capture = cv2.VideoCapture(str(self.path))
-        self._position = 0  # of the next frame to grab
-        if not self._capture.isOpened():
-            raise CameraError(f"{self.path}: cannot be opened as a video; copy or record it again")

@@ -4,9 +4,15 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Self
 
+import numpy as np
+from numpy.typing import NDArray
+
 from appliance.cameras.pacing import Pacer, utc_ms
-from appliance.cameras.recording.pairs import Laps, Picture, numbered_pictures, read_picture, unchanged_size
+from appliance.cameras.recording.pairs import Laps, numbered_pictures, unchanged_size
+from appliance.cameras.recording.picture_file import read_picture, read_told_coding
 from appliance.cameras.source import CameraError, Frame
+
+Picture = NDArray[np.uint8]
 
 DARKEST_MOST = 20  # pictures of the empty line that are averaged
 SAME_LIGHT_SHARE = 0.005  # of full scale: mean light of empty pictures differs by less; a hot bar adds more
@@ -18,7 +24,8 @@ class PictureRecording:
     Parameters
     ----------
     folder : Path
-        With PNG or JPEG pictures named by their frame number.
+        With PNG or JPEG pictures named by their frame number; what they cannot say of their coding stands in
+        `coding.json`.
 
     Raises
     ------
@@ -38,6 +45,7 @@ class PictureRecording:
                 f"{folder}: holds no PNG or JPEG pictures; give the folder of a recording of one camera, "
                 "with its pictures directly in it"
             )
+        self._told = read_told_coding(folder)
         self._shape: tuple[int, int] | None = None
 
     def __len__(self) -> int:
@@ -62,9 +70,9 @@ class PictureRecording:
         if position >= len(self._paths):
             return None
         number, path = self._paths[position]
-        picture = read_picture(path)
+        picture = read_picture(path, self._told)
         self._shape = unchanged_size(self._shape, picture, str(path))
-        return number, picture
+        return number, picture.shown
 
 
 class PictureRecordingSource:
@@ -108,7 +116,7 @@ class PictureRecordingSource:
         CameraError
             As in `PictureRecording.read`.
         """
-        due = self._pacer.take(timeout_s)
+        due = self._pacer.next_due(timeout_s)
         if due is None:
             return None
         sequence, moment_s = due

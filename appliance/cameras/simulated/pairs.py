@@ -19,7 +19,8 @@ from appliance.cameras.pacing import Pacer, device_us, utc_ms
 from appliance.cameras.source import CameraError, Frame, FramePair
 from appliance.simulation.boards.boards import Board, BoardCorners, observe
 from appliance.simulation.renderer_process import slots_of
-from appliance.simulation.sensor import Response, Sensor
+from appliance.simulation.response import Response
+from appliance.simulation.sensor import Sensor
 from appliance.simulation.true_rig import default_rig
 
 Picture = NDArray[np.uint8]
@@ -148,7 +149,7 @@ def drawn_frame(
     pacer: Pacer, timeout_s: float, draw: Callable[[int], tuple[Picture, dict[str, object]]]
 ) -> Frame | None:
     """Newest picture that is due, drawn by its number with its truth; None when none is due in time."""
-    due = pacer.take(timeout_s)
+    due = pacer.next_due(timeout_s)
     if due is None:
         return None
     number, moment_s = due

@@ -1,4 +1,6 @@
-"""The simulated line before its cameras: a bar in, two 8-bit pictures out."""
+"""The simulated line before its cameras: a bar in, two pictures out."""
+
+from typing import cast
 
 import cv2
 import numpy as np
@@ -8,10 +10,10 @@ from appliance.simulation.bars import background
 from appliance.simulation.bars.bars import Bar
 from appliance.simulation.bars.silhouette import Glow, Silhouette, silhouette
 from appliance.simulation.bars.surface import with_details
-from appliance.simulation.sensor import LEVELS, Blur, Light, NoiseStock, Sensor
+from appliance.simulation.sensor import Blur, Light, NoiseStock, Sensor
 from appliance.simulation.true_rig import TrueCamera, TrueRig
 
-Picture = NDArray[np.uint8]
+Picture = NDArray[np.uint8]  # of uint16 from a sensor of more than 8 bits
 
 PREPARED = 6  # pictures of the empty line
 
@@ -113,7 +115,7 @@ class View:
         return light
 
     def picture(self, bar: Bar | None, noise_start: int) -> Picture:
-        """8-bit picture, blue-green-red, shape (rows, columns, 3).
+        """Picture, blue-green-red, shape (rows, columns, 3).
 
         Around the bar the noise is drawn for this picture; where nothing moves it is that of one of `PREPARED` pictures
         of the empty line, which saves time.
@@ -135,13 +137,13 @@ class View:
         return self._prepared
 
     def exposed(self, light: Light, noise_start: int) -> Picture:
-        """8-bit picture, shape (rows, columns, 3), of linear light as `light` gives it."""
+        """Picture, shape (rows, columns, 3), of linear light as `light` gives it."""
         noise = self._sensor.noise(light) * self._noise.cut(noise_start)
         noise += light
-        return cv2.merge(list(self._digitised(noise))).astype(np.uint8, copy=False)
+        return cast("Picture", cv2.merge(list(self._digitised(noise))))
 
     def grey_picture(self, light: Light, noise_start: int) -> Picture:
-        """8-bit grey picture of linear light, shape (rows, columns)."""
+        """Grey picture of linear light, shape (rows, columns)."""
         return self._digitised(light + self._sensor.noise(light) * self._noise.cut(noise_start)[0])
 
     def add_bar(self, light: Light, bar: Bar) -> None:
@@ -162,7 +164,7 @@ class View:
         return part
 
     def _digitised(self, light: Light) -> Picture:
-        """8-bit values of linear light, which is overwritten."""
-        light *= LEVELS
-        np.clip(light, 0, LEVELS, out=light)
-        return self._table[light.astype(np.uint16)]
+        """Code values of linear light, which is overwritten."""
+        light *= self._sensor.levels
+        np.clip(light, 0, self._sensor.levels, out=light)
+        return cast("Picture", self._table[light.astype(np.uint16)])

@@ -26,7 +26,8 @@ from appliance.simulation.bars.bars import (
 from appliance.simulation.bars.disturbances import Blind, Disturbance, Glare, Haze, Post, Shimmer, Side
 from appliance.simulation.bars.line_scene import Picture, Scene, View, noise_starts
 from appliance.simulation.bars.silhouette import Glow
-from appliance.simulation.sensor import Blur, Coding, Response, Sensor, coded
+from appliance.simulation.response import Response
+from appliance.simulation.sensor import Blur, Coding, Sensor, coded
 from appliance.simulation.true_rig import TrueCamera, TrueRig, nudged, random_rig
 
 ImageSize = tuple[int, int]  # columns, rows

@@ -5,7 +5,7 @@ from typing import Self
 
 import numpy as np
 
-from appliance.simulation.sensor import Response
+from appliance.simulation.response import Response
 from appliance.simulation.true_rig import Points, TrueRig
 
 Corners = tuple[Points, Points]

@@ -10,7 +10,8 @@ from appliance.simulation.bars.bars import levels
 from appliance.simulation.ingots.faces import TYPICAL, Label, Looks, Rng, face, random_looks, side
 from appliance.simulation.ingots.foreign_faces import foreign_face
 from appliance.simulation.ingots.solid import Ingot, Pose, end_circle_px, outline_px
-from appliance.simulation.sensor import Blur, Light, Response, Sensor
+from appliance.simulation.response import Response
+from appliance.simulation.sensor import Blur, Light, Sensor
 from appliance.simulation.true_rig import TrueCamera, look_at
 
 Box = tuple[int, int, int, int]  # x, y, width, height, pixels

@@ -9,7 +9,8 @@ from appliance.simulation.ingots import glare, hall, tongs
 from appliance.simulation.ingots.line import IngotLine
 from appliance.simulation.ingots.solid import Seen, outline_px, see, window
 from appliance.simulation.ingots.timetable import Moment, Sight
-from appliance.simulation.sensor import Light, NoiseStock, encode
+from appliance.simulation.response import encode
+from appliance.simulation.sensor import Light, NoiseStock
 from appliance.simulation.true_rig import nudged
 
 Picture = NDArray[np.uint8]

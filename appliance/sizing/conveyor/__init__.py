@@ -1,1 +1,1 @@
-"""Sizing with one camera that nobody calibrated, between two barriers."""
+"""Sizing with one uncalibrated camera between two barriers of known distance."""

@@ -1,4 +1,4 @@
-"""The empty line between two barriers: the pictures that show it, and the gauge that they make, with its clock."""
+"""Pictures of the empty line between two barriers, and the gauge made from them, which measures its computing time."""
 
 import time
 from collections.abc import Callable
@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from appliance.cameras.recording.pairs import read_picture
+from appliance.cameras.recording.picture_file import read_picture
 from appliance.cameras.source import CameraError
 from appliance.sizing.method import ScaleError
 from vision.pictures import is_false_colour
@@ -18,7 +18,7 @@ from vision.sizing.conveyor.gauge import ConveyorGauge
 
 Picture = NDArray[np.uint8]
 
-DRAWN_LEVEL = 230  # of the bar that warms up
+DRAWN_LEVEL = 230  # chosen: pixel value of the bar that `warm_up` draws
 BARRIER_TROUBLES = {
     Reason.BARRIER_HIDDEN: "no pair of barriers shows along the line, or more than a fifth of one is hidden",
     Reason.BARRIER_BENT: "a barrier is not straight in the picture",
@@ -26,29 +26,30 @@ BARRIER_TROUBLES = {
 
 
 class EmptyLineError(ScaleError):
-    """There is no usable picture of the empty line; the message says which, why and what to do."""
+    """The picture of the empty line cannot be used; the message says which, why and what to do."""
 
     fault = "empty_line_unusable"
 
 
-def background(path: Path) -> list[Picture]:
-    """The picture of the empty line that a file holds; raises `EmptyLineError`."""
+def read_background(path: Path) -> list[Picture]:
+    """Read the picture of the empty line from a file, as a list of one; raises `EmptyLineError`."""
     if not path.is_file():
         raise EmptyLineError(f"{path}: no such picture; give a picture of the empty line")
     try:
-        return [read_picture(path)]
+        return [read_picture(path).shown]
     except CameraError as error:
         raise EmptyLineError(str(error)) from error
 
 
 class TimedConveyorGauge:
-    """A gauge between barriers that takes its own time and refuses pictures that its empty line is not for.
+    """A conveyor gauge that returns its computing time and refuses pictures of another size than the empty line's.
 
     Parameters
     ----------
     empty : list of ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        Pictures of the empty line.
     name : str
-        Where they come from, for the sentence that refuses.
+        File or camera they come from, for error sentences.
     make : callable
         Makes the gauge from them.
 
@@ -59,30 +60,39 @@ class TimedConveyorGauge:
     Raises
     ------
     EmptyLineError
-        The pictures are too small for barriers, or a palette has coloured them.
+        The pictures are too small for barriers, or in false colours.
     """
 
     def __init__(self, empty: list[Picture], name: str, make: Callable[[list[Picture]], ConveyorGauge]) -> None:
-        _check_usable(empty[0], name)
+        _check_size(empty[0], name)
         self._empty = empty[0]
         self.name = name
+        for picture in empty:
+            self._check_colours(picture)
         self._gauge = make(empty)
 
     @property
     def barriers(self) -> Barriers | Reason:
-        """Barriers of the empty line, or why there are none."""
+        """Barriers of the empty line, or the reason why they cannot be used."""
         return self._gauge.barriers
 
     def check_barriers(self) -> None:
-        """Raise `EmptyLineError` when the barriers are hidden or bent, so that nothing can ever be measured."""
+        """Raise `EmptyLineError` if the barriers are hidden or bent, for then no frame can be measured."""
         if isinstance(self.barriers, Reason):
             raise EmptyLineError(
                 f"{self.name}: {BARRIER_TROUBLES[self.barriers]}; clear the line, or set sizing.conveyor.background "
                 "to a picture of it without a bar"
             )
 
+    def _check_colours(self, picture: Picture) -> None:
+        if is_false_colour(picture):
+            raise EmptyLineError(
+                f"{self.name}: the camera's pictures are in false colours, in which a colour is no light; "
+                "have it send or record grey values"
+            )
+
     def warm_up(self) -> None:
-        """Compile and load all that measuring needs, on a drawn bar, so that the first picture does not wait for it."""
+        """Measure a drawn bar once, so that code is compiled before the first picture."""
         drawn = self._empty.copy()
         if isinstance(barriers := self.barriers, Barriers):
             for row, (left, right) in enumerate(barriers.columns(np.arange(len(drawn), dtype=np.float64))):
@@ -90,7 +100,7 @@ class TimedConveyorGauge:
         self._gauge.measure(drawn)
 
     def measure(self, picture: Picture) -> tuple[SizeReading, float]:
-        """Reading of one picture, and the milliseconds that it took.
+        """Measure one picture: reading and computing time, ms.
 
         Parameters
         ----------
@@ -99,8 +109,9 @@ class TimedConveyorGauge:
         Raises
         ------
         EmptyLineError
-            The picture has another size than those of the empty line.
+            The picture has another size than those of the empty line, or is in false colours.
         """
+        self._check_colours(picture)
         if picture.shape[:2] != self._empty.shape[:2]:
             sizes = [f"{columns} x {rows}" for rows, columns in (self._empty.shape[:2], picture.shape[:2])]
             raise EmptyLineError(
@@ -112,14 +123,10 @@ class TimedConveyorGauge:
         return reading, 1000 * (time.perf_counter() - started_s)
 
 
-def _check_usable(picture: Picture, name: str) -> None:
+def _check_size(picture: Picture, name: str) -> None:
     rows, columns = picture.shape[:2]
     if min(rows, columns) < LEAST_SIDE_PX:
         raise EmptyLineError(
             f"{name}: pictures of {columns} x {rows} pixels are too small to show barriers; give pictures of at least "
             f"{LEAST_SIDE_PX} x {LEAST_SIDE_PX}"
-        )
-    if is_false_colour(picture):
-        raise EmptyLineError(
-            f"{name}: a palette has coloured the pictures, and colours do not follow light; let the camera give grey"
         )

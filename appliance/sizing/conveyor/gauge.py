@@ -1,16 +1,16 @@
-"""What the sizing station measures with between two barriers: its empty line and its gauge."""
+"""Makes the conveyor gauge from the settings and the picture of the empty line."""
 
 from functools import partial
 
 from appliance.cameras.section import EmptyLine
-from appliance.sizing.conveyor.empty_line import EmptyLineError, TimedConveyorGauge, background
+from appliance.sizing.conveyor.empty_line import EmptyLineError, TimedConveyorGauge, read_background
 from appliance.sizing.conveyor.settings import ConveyorLine, ConveyorSettings
 from vision.sizing.conveyor.camera_view import ConveyorReference
 from vision.sizing.conveyor.gauge import ConveyorGauge
 
 
 def conveyor_gauge(settings: ConveyorSettings) -> TimedConveyorGauge:
-    """The gauge of a line whose barriers show.
+    """Make the gauge of a line with two straight, visible barriers.
 
     Raises
     ------
@@ -35,9 +35,9 @@ def conveyor_gauge(settings: ConveyorSettings) -> TimedConveyorGauge:
 
 
 def _empty(settings: ConveyorSettings) -> EmptyLine:
-    """The empty line from its file, else the one that the camera has by itself."""
+    """Empty line from the file of the settings, else the camera's own (recordings and the mill have one)."""
     file = settings.conveyor.background
-    empty = settings.camera.own_empty_line() if file is None else EmptyLine(background(file), str(file))
+    empty = settings.camera.own_empty_line() if file is None else EmptyLine(read_background(file), str(file))
     if empty is None:
         raise EmptyLineError("sizing.conveyor.background is not set; set it to a picture of the line without a bar")
     return empty

@@ -8,8 +8,7 @@ from tqdm import tqdm
 from appliance.cameras.recording.pictures import PictureRecording, darkest
 from appliance.files.atomic_file import whole_file
 from appliance.files.row_writer import row_writer
-from appliance.sizing.conveyor.empty_line import TimedConveyorGauge
-from appliance.sizing.conveyor.empty_line import background as background_of
+from appliance.sizing.conveyor.empty_line import TimedConveyorGauge, read_background
 from appliance.sizing.conveyor.plots import ConveyorPlots
 from appliance.sizing.reading_rows import COLUMNS, row
 from vision.sizing.conveyor.camera_view import ConveyorReference
@@ -37,9 +36,9 @@ def measure_conveyor(
         File to write: CSV if its suffix is `.csv`, else JSON lines.
     reference : ConveyorReference
     background : Path, optional
-        Picture of the empty line; without it the recording's darkest frames are taken for empty.
+        Picture of the empty line; None uses the recording's darkest frames.
     compensation_mm : float
-        Added to every diameter.
+        Added to each diameter.
     near_columns : tuple of float, optional
         Columns of the barriers' inner edges in the middle row, where other pairs of edges show.
     response_exponent : float
@@ -61,7 +60,7 @@ def measure_conveyor(
         `output` cannot be written, or the folder of plots not made.
     """
     frames = PictureRecording(recording)
-    empty = darkest(frames) if background is None else background_of(background)
+    empty = darkest(frames) if background is None else read_background(background)
     make = partial(
         ConveyorGauge,
         reference=reference,

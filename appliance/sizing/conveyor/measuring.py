@@ -10,7 +10,7 @@ from appliance.sizing.measuring import Measuring
 
 
 class ConveyorMeasuring(Measuring):
-    """By two barriers along the line, whose distance is known."""
+    """Measures by the known distance between two barriers along the line."""
 
     names: ClassVar[tuple[str, ...]] = ("conveyor",)
     text: ClassVar[str] = "conveyor has one uncalibrated camera"
@@ -20,7 +20,7 @@ class ConveyorMeasuring(Measuring):
     )  # fmt: skip
 
     def add_options(self, command: argparse.ArgumentParser) -> None:
-        """What is known of the line."""
+        """Declare the lengths of the line, its background and the compensation."""
         group = command.add_argument_group("of conveyor, whose ruler are two barriers along the line")
         group.add_argument("--barrier-mm", type=float, metavar="W", help="between their inner faces")
         group.add_argument("--barrier-height-mm", type=float, metavar="H", help="of their upper edges; better with it")
@@ -48,7 +48,7 @@ class ConveyorMeasuring(Measuring):
         )
 
     def run(self, given: argparse.Namespace) -> None:
-        """Measure with the barriers as ruler; see `Measuring.run`."""
+        """Measure with the barriers' distance as scale; see `Measuring.run`."""
         from appliance.sizing.conveyor.measure_recording import measure_conveyor
         from vision.sizing.conveyor.camera_view import ConveyorReference
 

@@ -13,8 +13,8 @@ from vision.sizing.conveyor.barriers import Barriers
 from vision.sizing.conveyor.published_experiments import EXPERIMENTS, experiment
 
 PANELS = {"(a)": (1, 2), "(b)": (3, 4)}
-COUNTED = {1: "boundary, original", 2: "boundary, homographic", 3: "lines, original", 4: "lines, homographic"}
-SIDE_BY_SIDE = 0.3  # of a frame: between the bars of two experiments
+EXPERIMENT_NAMES = {1: "boundary, original", 2: "boundary, homographic", 3: "lines, original", 4: "lines, homographic"}
+EXPERIMENT_OFFSET = 0.3  # frames between the error bars of two experiments
 
 
 class ConveyorPlots:
@@ -23,11 +23,11 @@ class ConveyorPlots:
     Parameters
     ----------
     folder : Path
-        Made when it is missing.
+        Made if it is missing.
     barriers : Barriers or Reason
-        Of the empty line; without them nothing was measured, and only that is drawn.
+        Barriers of the empty line; with a Reason nothing was measured, and the plots show frames without a value.
     spacing_mm : float
-        W.
+        Distance of the barriers' inner faces, W.
 
     Raises
     ------
@@ -47,7 +47,15 @@ class ConveyorPlots:
         folder.mkdir(parents=True, exist_ok=True)
 
     def add(self, frame: int, picture: NDArray[np.uint8], reading: SizeReading) -> None:
-        """Take the next frame's reading, and size its picture in the dissertation's four ways."""
+        """Add a frame, and size its picture by the four experiments of the dissertation.
+
+        Parameters
+        ----------
+        frame : int
+            Number of the frame.
+        picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        reading : SizeReading
+        """
         self._readings.append((frame, reading))
         if isinstance(self._barriers, Reason) or not reading.valid:
             return
@@ -66,7 +74,7 @@ class ConveyorPlots:
         figure = self._new_figure(figsize=(11, 5.5), layout="constrained")
         for axes, (panel, numbers) in zip(figure.subplots(1, 2, sharey=True), PANELS.items(), strict=True):
             for place, number in enumerate(numbers):
-                self._experiment(axes, number, (place - 0.5) * SIDE_BY_SIDE, f"C{place}")
+                self._experiment(axes, number, (place - 0.5) * EXPERIMENT_OFFSET, f"C{place}")
             self._served(axes)
             axes.set(xlabel="frame", ylabel="diameter, mm", title=f"{panel} Experiment {numbers[0]}-{numbers[1]}")
             axes.grid(alpha=0.3)
@@ -78,7 +86,7 @@ class ConveyorPlots:
             return
         frame, mean_mm, sigma_mm = np.array(self._counted[number]).T
         label = (
-            f"{number}: {COUNTED[number]}; l {mean_mm.mean():.1f}, RMSE {mean_mm.std():.2f}, "
+            f"{number}: {EXPERIMENT_NAMES[number]}; l {mean_mm.mean():.1f}, RMSE {mean_mm.std():.2f}, "
             f"mean sigma {sigma_mm.mean():.2f} mm"
         )
         axes.errorbar(frame + aside, mean_mm, yerr=sigma_mm, fmt="o", ms=3, capsize=2, color=colour, label=label)

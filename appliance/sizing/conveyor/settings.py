@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class ConveyorLine(Section):
-    """The line under a camera that nobody calibrated: two barriers are its ruler."""
+    """The line under an uncalibrated camera: the distance of two barriers is its scale."""
 
     barrier_mm: float = Field(
         ge=50, le=10000, description="Distance of the barriers' inner faces", json_schema_extra=unit("mm")
@@ -78,23 +78,28 @@ class ConveyorSettings(SizingMethod):
     conveyor: ConveyorLine = Field(description="What is known of the line")
 
     def make_source(self) -> "PictureSource":
-        """The source of single pictures; see `SizingMethod.make_source`."""
+        """Make the source of single pictures; see `SizingMethod.make_source`."""
         return self.camera.make_source()
 
+    @property
+    def scale_file(self) -> Path | None:
+        """The picture of the empty line; see `SizingMethod.scale_file`."""
+        return self.conveyor.background
+
     def make_gauge(self, _on_usable: Callable[[], None], /) -> TimedReader:
-        """The gauge of the empty line, which is made at once; see `SizingMethod.make_gauge`."""
+        """Make the gauge from the empty line; see `SizingMethod.make_gauge`."""
         from appliance.sizing.conveyor.gauge import conveyor_gauge
 
         return conveyor_gauge(self)
 
     def with_recording(self, recording: Path, rig: Path | None) -> Self:
-        """The same settings with a recording; see `SizingMethod.with_recording`."""
+        """Copy the settings with a recording; see `SizingMethod.with_recording`."""
         if rig is not None:
             raise SettingsError('--rig: sizing.method = "conveyor" has none; leave it out')
         return self.model_copy(update={"camera": RecordedPictures(kind="recording", path=recording)})
 
     def check_scale(self) -> ScaleCheck:
-        """Whether the empty line shows two straight barriers; see `SizingMethod.check_scale`."""
+        """Check that the empty line shows two straight barriers; see `SizingMethod.check_scale`."""
         from appliance.cameras.source import CameraError
         from appliance.sizing.conveyor.empty_line import EmptyLineError
         from appliance.sizing.conveyor.gauge import conveyor_gauge

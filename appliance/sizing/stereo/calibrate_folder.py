@@ -1,4 +1,4 @@
-"""`hotgauge calibrate`: from a rig folder of board pictures to a rig and a report."""
+"""`hotgauge calibrate`: makes a rig file and a report from a folder of board pictures."""
 
 import json
 import re
@@ -8,17 +8,21 @@ from pathlib import Path
 
 import numpy as np
 
-from appliance.cameras.recording.pairs import PICTURE_SUFFIXES, read_picture
+from appliance.cameras.recording.pairs import PICTURE_SUFFIXES
+from appliance.cameras.recording.picture_file import ToldCoding, read_picture, read_told_coding
 from appliance.cameras.source import CameraError
 from vision.calibration.acceptance import CalibrationError, Dropped
+from vision.calibration.board_edges import board_edges
 from vision.calibration.checkerboard import Board
 from vision.calibration.corners import find_corners
+from vision.calibration.response import ChosenResponse, chosen_response, edge_shift_px, measure_response
 from vision.calibration.rig import SIDES, Rig
 from vision.calibration.stereo import Calibration, Pair, calibrate
 from vision.calibration.still_marks import NO_MARKS, Marks, find_marks
 from vision.geometry.camera import CAMERA_PARAMETERS
+from vision.light import ResponseCurve
 
-REGISTRATION = ("low", "high")
+REGISTRATION_POSES = ("low", "high")
 
 
 def calibrate_folder(
@@ -33,12 +37,13 @@ def calibrate_folder(
     ----------
     folder : Path
         With `calibration/left_00.png`, `right_00.png`, ... (any numbers, PNG or JPEG),
-        `registration/left_low.png`, `right_low.png`, `left_high.png`, `right_high.png` and `board.json`.
+        `registration/left_low.png`, `right_low.png`, `left_high.png`, `right_high.png` and `board.json`; what
+        pictures cannot say of their coding stands in `coding.json`.
         Without registration pictures the cameras are calibrated and the world frame is missing.
     board_overrides : mapping of str to object, optional
-        Values that take the place of those in `board.json`, by key.
+        Values that replace those in `board.json`, by key.
     region_y_mm : tuple of float
-        Measuring region along the rolling direction.
+        Measuring region along the rolling direction, from and to.
     progress : callable, optional
         Called with the number of pictures done and of all pictures.
 
@@ -49,12 +54,13 @@ def calibrate_folder(
     Raises
     ------
     CalibrationError
-        A folder or `board.json` missing or wrong, a picture unreadable or of another size, all named; or the
-        pictures do not allow a good calibration, with all reasons.
+        A folder or `board.json` is missing or wrong, or a picture is unreadable or of another size (the message names
+        it); or the pictures give no good calibration (the message gives all reasons).
     """
     board = _read_board(folder / "board.json", board_overrides or {})
     paths = _pictures(folder)
-    finder = _Finder(board)
+    told = _told_coding(folder)
+    finder = _Finder(board, told)
     pairs: dict[str, Pair] = {}
     for done, (name, sides) in enumerate(paths.items(), 1):
         left, right = (finder.corners(sides.get(side)) for side in SIDES)
@@ -62,7 +68,7 @@ def calibrate_folder(
         if progress is not None:
             progress(done, len(paths))
     missing: Pair = (None, None)
-    numbers = [int(name) for name in pairs if name not in REGISTRATION]
+    numbers = [int(name) for name in pairs if name not in REGISTRATION_POSES]
     calibration = calibrate(
         [pairs.get(f"{number:02d}", missing) for number in range(max(numbers, default=-1) + 1)],
         pairs.get("low", missing),
@@ -72,24 +78,46 @@ def calibrate_folder(
         region_y_mm=region_y_mm,
         dropped=finder.dropped,
     )
-    left, right = (_marks(paths, pairs, side) for side in range(len(SIDES)))
-    return replace(calibration, rig=replace(calibration.rig, marks=(left, right)))
+    left, right = (_marks(paths, pairs, side, told) for side in range(len(SIDES)))
+    chosen = _response(calibration.rig, board, finder.found, told)
+    rig = replace(calibration.rig, marks=(left, right), response=chosen.response)
+    return replace(calibration, rig=rig, warnings=(*calibration.warnings, *filter(None, [chosen.warning])))
 
 
-def _marks(paths: Mapping[str, Mapping[str, Path]], pairs: Mapping[str, Pair], side: int) -> Marks:
-    """Still marks of one camera, when it saw the board at both heights."""
-    files = [paths.get(name, {}).get(SIDES[side]) for name in REGISTRATION]
-    low_px, high_px = (pairs.get(name, (None, None))[side] for name in REGISTRATION)
+def _response(rig: Rig, board: Board, found: Mapping[Path, np.ndarray], told: ToldCoding) -> ChosenResponse:
+    """Response from the pictures in which the board was found, against what `board.json` tells."""
+    edges = [
+        (board_edges(picture, rig.left if path.stem.startswith("left") else rig.right, corners, board), picture.coding)
+        for path, corners in found.items()
+        for picture in [read_picture(path, told)]
+    ]
+    return chosen_response(board.response, measure_response(edges))
+
+
+def _told_coding(folder: Path) -> ToldCoding:
+    try:
+        return read_told_coding(folder)
+    except CameraError as error:
+        raise CalibrationError([str(error)]) from error
+
+
+def _marks(paths: Mapping[str, Mapping[str, Path]], pairs: Mapping[str, Pair], side: int, told: ToldCoding) -> Marks:
+    """Still marks (fixed background points) of one camera; none unless it saw the board at both heights."""
+    files = [paths.get(name, {}).get(SIDES[side]) for name in REGISTRATION_POSES]
+    low_px, high_px = (pairs.get(name, (None, None))[side] for name in REGISTRATION_POSES)
     if files[0] is None or files[1] is None or low_px is None or high_px is None:
         return NO_MARKS
-    return find_marks(read_picture(files[0]), read_picture(files[1]), (low_px, high_px))
+    low, high = (read_picture(path, told).shown for path in (files[0], files[1]))
+    return find_marks(low, high, (low_px, high_px))
 
 
 class _Finder:
-    """Finds corners picture by picture and remembers where there were none."""
+    """Finds board corners picture by picture and lists the pictures without."""
 
-    def __init__(self, board: Board) -> None:
+    def __init__(self, board: Board, told: ToldCoding) -> None:
         self._board = board
+        self._told = told
+        self.found: dict[Path, np.ndarray] = {}
         self._first: Path | None = None
         self.image_size = (0, 0)
         self.dropped: list[Dropped] = []
@@ -98,13 +126,15 @@ class _Finder:
         if path is None:
             return None
         try:
-            picture = read_picture(path)
+            picture = read_picture(path, self._told)
         except CameraError as error:
             raise CalibrationError([str(error)]) from error
-        self._check_size(path, (picture.shape[1], picture.shape[0]))
+        self._check_size(path, picture.size)
         found = find_corners(picture, self._board)
         if found.corners_px is None:
             self.dropped.append(Dropped(path.stem, found.reason))
+        else:
+            self.found[path] = found.corners_px
         return found.corners_px
 
     def _check_size(self, path: Path, size: tuple[int, int]) -> None:
@@ -133,7 +163,7 @@ def _pictures(folder: Path) -> dict[str, dict[str, Path]]:
         sentence = f"{folder / 'calibration'}: no pictures left_00.png, right_00.png, ...; give the folder above it"
         raise CalibrationError([sentence])
     numbered = {f"{int(name):02d}": sides for name, sides in poses.items()}
-    return numbered | _named(folder / "registration", "|".join(REGISTRATION))
+    return numbered | _named(folder / "registration", "|".join(REGISTRATION_POSES))
 
 
 def _named(folder: Path, names: str) -> dict[str, dict[str, Path]]:
@@ -150,7 +180,7 @@ def _named(folder: Path, names: str) -> dict[str, dict[str, Path]]:
 
 
 def report_lines(calibration: Calibration) -> list[str]:
-    """Tell what a calibration stands on and how good it is, for the terminal.
+    """Report of a calibration for the terminal: its pictures, residuals, cameras, baseline and warnings.
 
     Parameters
     ----------
@@ -170,6 +200,7 @@ def report_lines(calibration: Calibration) -> list[str]:
     lines += [
         f"baseline      {baseline} and {100.0 * rig.square_relative_u:.3f} % of every length for the board",
         f"world frame   {_world(rig)}",
+        f"response      {_response_line(rig)}",
         f"still marks   {' and '.join(str(len(marks.patch)) for marks in rig.marks)}, to notice a camera that moves",
         *(f"warning       {warning}" for warning in calibration.warnings),
         f"verdict       {'good' if not calibration.warnings else 'usable, see the warnings'}",
@@ -185,6 +216,18 @@ def _camera_lines(rig: Rig, side: int, name: str) -> list[str]:
     lens += f", k3 = {camera.dist[4]:.4f}" if u[k3] > 0.0 else ", k3 = 0, since the pictures do not call for it"
     focal = f"fx = {camera.K[0, 0]:.2f} px, u = {u[0]:.2f}; fy = {camera.K[1, 1]:.2f} px, u = {u[1]:.2f}"
     return [f"{name + ' focal':<13} {focal}", f"{name + ' lens':<13} {lens}"]
+
+
+def _response_line(rig: Rig) -> str:
+    """Response, and what its doubt does to a bar's edges."""
+    curve = rig.response
+    if not isinstance(curve, ResponseCurve):
+        return f"{curve}, as board.json tells it and the board pictures allow it"
+    _, u_px = edge_shift_px(curve, curve)
+    return (
+        f"measured: exponent {curve.exponent:.2f}, offset {curve.offset:.3f}, shoulder {curve.shoulder:.2f}; "
+        f"a bar's edges are known to {u_px:.3f} px by it"
+    )
 
 
 def _world(rig: Rig) -> str:

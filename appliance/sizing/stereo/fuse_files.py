@@ -1,4 +1,4 @@
-"""`hotgauge fuse`: one picture out of a pair, aligned on the plane where the bar's outlines agree, and its metrics."""
+"""`hotgauge fuse`: fuses a pair, aligned on the plane where the bar's outlines agree, and computes its metrics."""
 
 import math
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from appliance.cameras.recording.pairs import read_picture
+from appliance.cameras.recording.picture_file import read_picture
 from appliance.errors import HotgaugeError
 from appliance.sizing.stereo.rig_file import RigError, load_rig
 from vision.alignment.view_alignment import Alignment
@@ -20,6 +20,7 @@ from vision.fusion.multiscale import DEFAULT_SCALES, Approximation, Scales
 from vision.fusion.rules import Rule
 from vision.geometry.turned_region import whole_picture
 from vision.reasons import REASONS
+from vision.sent_picture import SentPicture
 from vision.sizing.virtual_board.gauge import VirtualBoardGauge
 
 Picture = NDArray[np.uint8]
@@ -27,20 +28,20 @@ SUFFIXES = (".png", ".jpg", ".jpeg")
 
 
 class FusionError(HotgaugeError):
-    """A pair cannot be fused; the message says why and what to do."""
+    """A pair cannot be fused; the message says what, where and what to do."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FusedPair:
-    """A fused picture beside what it was made of.
+    """A fused picture and the two views that it was made of.
 
     Attributes
     ----------
     picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
     left, right : ndarray of uint8, same shape
-        The views on the left camera's pixels, without its lens.
+        The views on the left camera's pixel grid, without lens distortion.
     height_mm : float
-        Height of the plane on which they are aligned.
+        Height over the conveyor of the plane on which they are aligned.
     """
 
     picture: Picture
@@ -52,12 +53,23 @@ class FusedPair:
 def checked_scales(
     method: Method, levels: int | None, rule: Rule | None, approximation: Approximation | None
 ) -> Scales:
-    """Scales as the command line names them, None for what it does not.
+    """Scales of the command line; None takes the default.
+
+    Parameters
+    ----------
+    method : str
+        One of `METHODS`.
+    levels : int or None
+        Levels of the decomposition, from 1.
+    rule : str or None
+        Choice between two details.
+    approximation : str or None
+        Choice between two approximations of the last level.
 
     Raises
     ------
     FusionError
-        The method has no scales, or they make no sense.
+        The method has no scales, or a value is out of bounds.
     """
     if (levels, rule, approximation) != (None, None, None) and method not in MULTISCALE:
         raise FusionError(f"--method: {method} has neither levels nor rules; {', '.join(MULTISCALE)} have")
@@ -84,9 +96,9 @@ def fuse_files(
     method : str
         One of `METHODS`.
     scales : Scales
-        For the methods that have any.
+        Used by wavelets and the pyramid only.
     height_mm : float or None
-        Plane on which the views are aligned; None: where the outlines of the bar in them agree.
+        Plane on which the views are aligned; None: where the bar's outlines in both views agree.
 
     Raises
     ------
@@ -95,24 +107,24 @@ def fuse_files(
     RigError
         The rig cannot be read, has no world frame, or is for pictures of another size.
     FusionError
-        One picture is grey and the other is not; no plane on which a bar's outlines agree.
+        One picture is grey and the other in colour, or the bar's outlines agree on no plane.
     """
     calibrated = load_rig(rig)
     if not calibrated.has_world:
         raise RigError(f"{rig}: has no world frame; calibrate with the registration pictures of the low board")
     pictures = read_picture(left), read_picture(right)
     for picture, camera, path in zip(pictures, (calibrated.left, calibrated.right), (left, right), strict=True):
-        size = picture.shape[1], picture.shape[0]
+        size = picture.size
         if size != camera.image_size:
             expected = f"{camera.image_size[0]} x {camera.image_size[1]}"
             raise RigError(f"{rig}: made for pictures of {expected}, {path} is {size[0]} x {size[1]}; use its own rig")
-    if pictures[0].ndim != pictures[1].ndim:
+    if pictures[0].shown.ndim != pictures[1].shown.ndim:
         raise FusionError(f"{right}: one picture is grey and the other in colour; give two of a kind")
     return _fused(pictures, calibrated, method, scales, height_mm)
 
 
 def _fused(
-    pictures: tuple[Picture, Picture], rig: Rig, method: Method, scales: Scales, height_mm: float | None
+    pictures: tuple[SentPicture, SentPicture], rig: Rig, method: Method, scales: Scales, height_mm: float | None
 ) -> FusedPair:
     if height_mm is None:
         height_mm = _height_of_bar(pictures, rig)
@@ -122,8 +134,8 @@ def _fused(
     return FusedPair(fuse(left.picture, aligned, method, scales=scales), left.picture, aligned, height_mm)
 
 
-def _height_of_bar(pictures: tuple[Picture, Picture], rig: Rig) -> float:
-    # Sobel does: points move to the half level of light, wherever an edge detector sees them
+def _height_of_bar(pictures: tuple[SentPicture, SentPicture], rig: Rig) -> float:
+    # Sobel suffices: each point moves to the half level of light, independent of the edge detector
     reading = VirtualBoardGauge(rig, edges="sobel").measure(*pictures)
     if not math.isfinite(reading.plane_height_mm):
         text = "; ".join(row.text for row in REASONS if row.flag in reading.reasons)
@@ -132,7 +144,7 @@ def _height_of_bar(pictures: tuple[Picture, Picture], rig: Rig) -> float:
 
 
 def metric_lines(pair: FusedPair) -> list[str]:
-    """Metrics of the fused picture beside those of both views, grey, as lines of a table."""
+    """Table of the metrics of the fused picture and of both views, all in grey."""
     fused, left, right = map(_grey, (pair.picture, pair.left, pair.right))
     lines = [f"{'':8}{'left':>10}{'right':>10}{'fused':>10}  better"]
     for row in METRICS:
@@ -143,7 +155,21 @@ def metric_lines(pair: FusedPair) -> list[str]:
 
 
 def write_picture(path: Path, picture: Picture) -> None:
-    """Write a picture as PNG or JPEG, by suffix; raises `OSError`, and `FusionError` for another suffix."""
+    """Write a picture as PNG or JPEG.
+
+    Parameters
+    ----------
+    path : Path
+        Its suffix gives the format.
+    picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+
+    Raises
+    ------
+    FusionError
+        The suffix is neither PNG's nor JPEG's.
+    OSError
+        The file cannot be written.
+    """
     if path.suffix.lower() not in SUFFIXES:
         raise FusionError(f"{path}: is neither PNG nor JPEG; let its name end in {', '.join(SUFFIXES)}")
     _, data = cv2.imencode(path.suffix.lower(), picture)

@@ -1,4 +1,4 @@
-"""The gauge as the appliance uses it: with the clock that it must not have, and a sentence for a wrong rig."""
+"""The stereo gauge with its computing time, which `vision` must not read, and error sentences for a wrong rig."""
 
 import time
 from collections.abc import Callable
@@ -15,6 +15,7 @@ from vision.calibration.rig import Rig
 from vision.geometry.camera import Camera
 from vision.geometry.measuring_plane import PLANE_HEIGHT_MM
 from vision.readings import SizeReading
+from vision.sent_picture import Codes, SentPicture
 from vision.sizing.gauge import Gauge
 from vision.sizing.limits import LIMB_SIDES
 from vision.sizing.tangent.tangent_planes import TangentPlane
@@ -22,25 +23,25 @@ from vision.sizing.tangent.tangent_planes import TangentPlane
 Picture = NDArray[np.uint8]
 Reading_co = TypeVar("Reading_co", covariant=True)
 
-DRAWN_MM = 150.0  # diameter of the bar that warms up
+DRAWN_DIAMETER_MM = 150.0  # chosen: bar that `warm_up` draws
 
 
 class Measures(Protocol[Reading_co]):
-    """What measures a pair of pictures."""
+    """A gauge that measures a pair of pictures."""
 
-    def measure(self, left: Picture, right: Picture) -> Reading_co:
-        """Reading of one pair."""
+    def measure(self, left: SentPicture | Codes, right: SentPicture | Codes) -> Reading_co:
+        """Measure one pair."""
         ...
 
 
 class TimedGauge(Generic[Reading_co]):
-    """A gauge that takes its own time and refuses pictures that its rig is not for.
+    """A gauge that returns its computing time and refuses pictures of another size than its rig's.
 
     Parameters
     ----------
     rig : Rig
     name : str
-        Where the rig comes from, for the sentence that refuses.
+        File or camera of the rig, for error sentences.
     make : callable
         Makes the gauge from the rig.
 
@@ -60,29 +61,29 @@ class TimedGauge(Generic[Reading_co]):
             raise RigError(f"{name}: {error}; calibrate again") from error
 
     def warm_up(self) -> None:
-        """Compile and load all that measuring needs, on a drawn bar, so that the first picture does not wait for it."""
+        """Measure a drawn bar once, so that code is compiled before the first pair."""
         self._make(self._rig).measure(*(_drawn_bar(camera) for camera in (self._rig.left, self._rig.right)))
 
-    def measure(self, left: Picture, right: Picture) -> tuple[Reading_co, float]:
-        """Reading of one pair, and the milliseconds that it took.
+    def measure(self, left: SentPicture | Codes, right: SentPicture | Codes) -> tuple[Reading_co, float]:
+        """Measure one pair: reading and computing time, ms.
 
         Parameters
         ----------
-        left, right : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        left, right : SentPicture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
 
         Raises
         ------
         RigError
             The pictures do not have the size that the rig was calibrated with.
         """
-        self._check_size("left", self._rig.left.image_size, left)
-        self._check_size("right", self._rig.right.image_size, right)
+        pictures = SentPicture.of(left), SentPicture.of(right)
+        self._check_size("left", self._rig.left.image_size, pictures[0].size)
+        self._check_size("right", self._rig.right.image_size, pictures[1].size)
         started_s = time.perf_counter()
-        reading = self._gauge.measure(left, right)
+        reading = self._gauge.measure(*pictures)
         return reading, 1000 * (time.perf_counter() - started_s)
 
-    def _check_size(self, side: str, calibrated: tuple[int, int], picture: Picture) -> None:
-        size = picture.shape[1], picture.shape[0]
+    def _check_size(self, side: str, calibrated: tuple[int, int], size: tuple[int, int]) -> None:
         if size != calibrated:
             raise RigError(
                 f"{self._name}: made for {side} pictures of {calibrated[0]} x {calibrated[1]}, these are "
@@ -91,34 +92,34 @@ class TimedGauge(Generic[Reading_co]):
 
 
 def rig_file_gauge(path: Path, ovality_mm: float) -> TimedGauge[SizeReading]:
-    """The gauge of a rig file; raises `RigError` as `load_rig` and `TimedGauge` do.
+    """Make the gauge of a rig file; raises `RigError` as `load_rig` and `TimedGauge` do.
 
     Parameters
     ----------
     path : Path
     ovality_mm : float
-        Greatest minus least width of a section that the product may have.
+        Largest ovality of the product: greatest minus least width of a cross section.
     """
     return pair_gauge(load_rig(path), str(path), ovality_mm)
 
 
 def pair_gauge(rig: Rig, name: str, ovality_mm: float) -> TimedGauge[SizeReading]:
-    """The gauge of a rig, by both routes; raises `RigError` as `TimedGauge` does.
+    """Make the gauge of a rig, by both routes; raises `RigError` as `TimedGauge` does.
 
     Parameters
     ----------
     rig : Rig
     name : str
-        Where the rig comes from, for the sentence that refuses.
+        File or camera of the rig, for error sentences.
     ovality_mm : float
-        Greatest minus least width of a section that the product may have.
+        Largest ovality of the product: greatest minus least width of a cross section.
     """
     return TimedGauge[SizeReading](rig, name, partial(Gauge, ovality_mm=ovality_mm))
 
 
 def _drawn_bar(camera: Camera) -> Picture:
-    """Grey picture of nothing but a bar on the rollers, as one camera would see it."""
-    cylinder = np.array([0.0, DRAWN_MM / 2, 0.0, 0.0, DRAWN_MM / 2])
+    """Grey picture of a bar on the rollers before a dark background, as one camera would see it."""
+    cylinder = np.array([0.0, DRAWN_DIAMETER_MM / 2, 0.0, 0.0, DRAWN_DIAMETER_MM / 2])
     y_mm = np.linspace(-400.0, 400.0, 50)
     outline: list[NDArray[np.float64]] = []
     for side in LIMB_SIDES:

@@ -44,7 +44,7 @@ def measure_recording(
     output : Path
         File to write: CSV if its suffix is `.csv`, else JSON lines.
     method : {"tangent", "virtual-board"}
-        Route that gives the diameter; the first is judged by the second, the second stands alone.
+        Route that gives the diameter: tangent planes checked by virtual boards, or virtual boards (route V) alone.
     edges : str
         Edge detector of route V alone, one of `EDGE_METHODS`.
     fusion : str
@@ -59,7 +59,7 @@ def measure_recording(
     RigError
         The rig is missing, malformed, or for pictures of another size.
     PlotsMissingError
-        Plots are wanted and the plotting library is not installed.
+        `plots` is given and the plotting library is not installed.
     OSError
         `output` cannot be written, or the folder of plots not made.
     """

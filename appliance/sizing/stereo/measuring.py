@@ -8,14 +8,14 @@ from appliance.sizing.measuring import Measuring
 
 
 class StereoMeasuring(Measuring):
-    """By tangent planes judged by virtual boards, or by virtual boards alone."""
+    """Measures by tangent planes checked by virtual boards, or by virtual boards alone."""
 
     names: ClassVar[tuple[str, ...]] = ("tangent", "virtual-board")
     text: ClassVar[str] = "tangent unless given; virtual-board is the dissertation's, alone"
     options: ClassVar[tuple[str, ...]] = ("rig", "edges", "fusion", "plot")
 
     def add_options(self, command: argparse.ArgumentParser) -> None:
-        """Edge detector and fusion of virtual boards."""
+        """Declare edge detector and fusion of virtual boards."""
         command.add_argument("--edges", metavar="NAME", help="edge detector of virtual-board, forest unless given")
         command.add_argument(
             "--fusion", metavar="NAME", help="views of virtual-board in one picture, none unless given"

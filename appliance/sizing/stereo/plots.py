@@ -8,17 +8,17 @@ import numpy as np
 from appliance.sizing.figures import DOTS_PER_INCH, figure_class, mark_frames
 from vision.sizing.virtual_board.reading import VirtualBoardReading
 
-BAND_MM = 3.0  # the rolling tolerance of the dissertation, to either side
-WINDOW_PLOTS = 8  # frames, spread over the recording, whose windows are drawn
+TOLERANCE_BAND_MM = 3.0  # rolling tolerance of the dissertation, above and below
+WINDOW_PLOTS = 8  # chosen: frames, spread over the recording, whose windows are drawn
 
 
 class Plots:
-    """Collects readings and draws them when all are there.
+    """Collects readings, and draws them in `write`.
 
     Parameters
     ----------
     folder : Path
-        Made when it is missing.
+        Made if it is missing.
 
     Raises
     ------
@@ -35,7 +35,14 @@ class Plots:
         folder.mkdir(parents=True, exist_ok=True)
 
     def add(self, frame: int, reading: VirtualBoardReading) -> None:
-        """Take the next frame's reading."""
+        """Add a frame's reading.
+
+        Parameters
+        ----------
+        frame : int
+            Number of the frame.
+        reading : VirtualBoardReading
+        """
         self._readings.append((frame, reading))
 
     def write(self) -> None:
@@ -54,8 +61,8 @@ class Plots:
         number = np.arange(1, reading.windows_total + 1)
         kept = reading.window_kept
         axes.axhspan(
-            reading.diameter_mm - BAND_MM, reading.diameter_mm + BAND_MM, color="tab:green", alpha=0.12,
-            label=f"frame's diameter ± {BAND_MM:g} mm",
+            reading.diameter_mm - TOLERANCE_BAND_MM, reading.diameter_mm + TOLERANCE_BAND_MM,
+            color="tab:green", alpha=0.12, label=f"frame's diameter ± {TOLERANCE_BAND_MM:g} mm",
         )  # fmt: skip
         axes.plot(number, reading.window_diameters_mm, color="tab:blue", linewidth=0.8)
         axes.plot(number[kept], reading.window_diameters_mm[kept], "o", color="tab:blue", ms=4, label="window, kept")

@@ -1,4 +1,4 @@
-"""Calibration files: where a rig is kept between `hotgauge calibrate` and the gauge."""
+"""Reads and writes rig files, the calibration of two cameras from `hotgauge calibrate`."""
 
 from pathlib import Path
 
@@ -39,7 +39,7 @@ def load_rig(path: Path) -> Rig:
 
 
 def save_rig(rig: Rig, path: Path) -> None:
-    """Write a rig whole or not at all; an older file stays until the new one is complete on disk.
+    """Write a rig file whole or not at all; an older one stays until the new one is complete on disk.
 
     Parameters
     ----------

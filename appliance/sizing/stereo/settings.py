@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from appliance.cameras.source import PairSource
 
-NO_RIG = "sizing.rig is not set; make a rig file with `hotgauge calibrate` and set it"
+NO_RIG_SENTENCE = "sizing.rig is not set; make a rig file with `hotgauge calibrate` and set it"
 
 
 class SizingSettings(SizingMethod):
@@ -35,12 +35,17 @@ class SizingSettings(SizingMethod):
         description="Calibration of the two cameras, from `hotgauge calibrate`; the mill can do without",
     )
 
+    @property
+    def scale_file(self) -> Path | None:
+        """The rig file; see `SizingMethod.scale_file`."""
+        return self.rig
+
     def make_source(self) -> "PairSource":
-        """The source of image pairs; see `SizingMethod.make_source`."""
+        """Make the source of image pairs; see `SizingMethod.make_source`."""
         return self.camera.make_source(self.liveness.apart_max_us)
 
     def make_gauge(self, on_usable: Callable[[], None], /) -> TimedReader:
-        """The gauge of the rig file, else of the rig that the camera has by itself; see `SizingMethod.make_gauge`."""
+        """Make the gauge of the rig file, else of the camera's own rig; see `SizingMethod.make_gauge`."""
         from appliance.sizing.stereo.gauge import pair_gauge, rig_file_gauge
         from appliance.sizing.stereo.rig_file import RigError
 
@@ -48,25 +53,25 @@ class SizingSettings(SizingMethod):
             return rig_file_gauge(self.rig, self.ovality_mm)
         calibrate = self.camera.own_rig()
         if calibrate is None:
-            raise RigError(NO_RIG)
+            raise RigError(NO_RIG_SENTENCE)
         on_usable()
         return pair_gauge(calibrate(), f"rig of {self.camera.in_words}", self.ovality_mm)
 
     def with_recording(self, recording: Path, rig: Path | None) -> Self:
-        """The same settings with a recording and its rig; see `SizingMethod.with_recording`."""
+        """Copy the settings with a recording and its rig; see `SizingMethod.with_recording`."""
         if rig is None:
             raise SettingsError("--rig: the rig file of these cameras is missing; make it with hotgauge calibrate")
         return self.model_copy(update={"camera": RecordingCamera(kind="recording", path=recording), "rig": rig})
 
     def check_scale(self) -> ScaleCheck:
-        """Whether the rig can be used; see `SizingMethod.check_scale`."""
+        """Check whether the rig can be used; see `SizingMethod.check_scale`."""
         from appliance.sizing.stereo.gauge import rig_file_gauge
         from appliance.sizing.stereo.rig_file import RigError
 
         if self.rig is None:
             if self.camera.own_rig() is not None:
                 return ScaleCheck("rig", "note", f"none; {self.camera.in_words} calibrates itself")
-            return ScaleCheck("rig", "BAD", NO_RIG)
+            return ScaleCheck("rig", "BAD", NO_RIG_SENTENCE)
         try:
             rig_file_gauge(self.rig, self.ovality_mm)
         except RigError as error:
@@ -74,7 +79,7 @@ class SizingSettings(SizingMethod):
         return ScaleCheck("rig", "good", str(self.rig))
 
     def check_pictures(self, pictures: "Sequence[NDArray[np.uint8]]") -> None:
-        """Measure a pair once where there is a rig file; see `SizingMethod.check_pictures`."""
+        """Measure a pair once if a rig file is set; see `SizingMethod.check_pictures`."""
         from appliance.sizing.stereo.gauge import rig_file_gauge
 
         if self.rig is not None:

@@ -14,7 +14,7 @@ from appliance.simulation.sensor import NoiseStock
 from vision.calibration.checkerboard import Board
 from vision.calibration.stereo import calibrate
 from vision.calibration.still_marks import find_marks
-from vision.sizing.tangent.uncertainty_budget import U_EXPONENT
+from vision.light import U_NAMED_EXPONENT
 
 
 @lru_cache(maxsize=2)
@@ -55,5 +55,5 @@ def board_of(seed):
 
 def off_response(picture, seed):
     """The picture of a camera whose code values follow light with an exponent that is a little off."""
-    exponent = np.random.default_rng([seed, 0x7265]).normal(1, U_EXPONENT)
+    exponent = np.random.default_rng([seed, 0x7265]).normal(1, U_NAMED_EXPONENT)
     return np.rint(255 * (np.arange(256) / 255) ** exponent).astype(np.uint8)[picture]

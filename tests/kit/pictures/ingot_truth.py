@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import cv2
 
-from appliance.cameras.recording.pairs import read_picture
+from appliance.cameras.recording.picture_file import read_picture
 from appliance.ingot.reader_setup import decision_rule, load_view, make_reader
 from appliance.ingot.settings import IngotSettings
 from appliance.simulation.ingots.conditions import ingot_sequence
@@ -51,7 +51,7 @@ def recorded(folder, sequence):
     def frames():
         with (folder / sequence / "truth.csv").open(encoding="utf-8") as file:
             for row in csv.DictReader(file):
-                picture = read_picture(folder / sequence / f"{int(row['frame']):06d}.jpg")
+                picture = read_picture(folder / sequence / f"{int(row['frame']):06d}.jpg").shown
                 numbers = (float(row[name] or "nan") for name in ("x", "y", "r"))
                 yield picture, Sight(row["present"] == "1", row["label"], *numbers, row["state"])
 
@@ -86,7 +86,7 @@ def follow(scene, settings=SETTINGS):
         reading = reader.read(picture)
         sights.append(sight)
         readings.append(reading)
-        decisions += follower.take(frame, reading)
+        decisions += follower.add(frame, reading)
     decisions += follower.end()
     ingots, strangers = _matched(sights, decisions)
     return {

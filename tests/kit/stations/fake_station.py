@@ -41,6 +41,8 @@ def act(mode: str, link: StationLink, connection: socket.socket, sequence: int) 
         os.kill(os.getpid(), signal.SIGKILL)
     elif mode == "babble":
         connection.send(b'{"kind": "reading", "elapsed_ms": NaN}\n')
+    elif mode.startswith("expose "):
+        link.send(reading(sequence=sequence, exposed_monotonic_s=float(mode.removeprefix("expose "))))
     elif mode == "start":
         link.send(StateMessage(state="starting"))
     elif mode.startswith("fault "):

@@ -36,7 +36,7 @@ class ToldCamera:
         pass
 
     def next(self, timeout_s: float) -> FramePair | None:
-        due = self._pacer.take(timeout_s)
+        due = self._pacer.next_due(timeout_s)
         mode = told()
         if mode == "unplugged":
             raise CameraError("the camera does not answer any more; check the cable")

@@ -11,6 +11,7 @@ import pytest
 from modbus_wire import Wire
 from station_path import STATION_PATH
 
+from appliance.history.settings import HistorySettings
 from appliance.sizing.stereo.settings import SizingSettings
 from appliance.supervisor import sizing_client
 from appliance.supervisor.settings import PlcSettings, Settings
@@ -29,12 +30,13 @@ class Rehearsal:
         self.on_proof: Callable[[str], None] = lambda _: None
         self.keep_in(None)
 
-    def keep_in(self, folder: Path | None) -> None:
-        """Make a supervisor that keeps what the PLC writes in this folder."""
+    def keep_in(self, folder: Path | None, history: Path | None = None) -> None:
+        """Make a supervisor that keeps what the PLC writes in this folder, and a history in another."""
         self._serving = threading.Event()
         self._port = 0
         plc = PlcSettings(writes="all", silent_after_s=1).model_copy(update={"port": 0, "state_directory": folder})
-        self.settings = Settings().model_copy(update={"plc": plc, "sizing": self._sizing})
+        sections = {"plc": plc, "sizing": self._sizing, "history": HistorySettings(directory=history)}
+        self.settings = Settings().model_copy(update=sections)
         self.supervisor = Supervisor(self.settings, wall=lambda: self.wall())  # noqa: PLW0108  a test changes it later
         self._thread = threading.Thread(target=self._run)
 

@@ -68,5 +68,5 @@ def footprint() -> tuple[int, int, int]:
 
 def without_pauses(set_attribute) -> None:
     """Let the keeper start again at once; `set_attribute` as of monkeypatch."""
-    for name in ("PAUSE_FIRST_S", "PAUSE_LONGEST_S", "COOL_DOWN_S"):
+    for name in ("FIRST_PAUSE_S", "LONGEST_PAUSE_S", "FAILING_PAUSE_S"):
         set_attribute(keeper, name, 0.0)

@@ -94,7 +94,7 @@ def test_nobody_there_is_one_sentence_with_the_place():
         port = taken.getsockname()[1]
     with pytest.raises(PollError, match=f"127.0.0.1:{port}: nobody answers; check"):
         next(poll("127.0.0.1", port))
-    program = f"from plc.client import poll, PollError\ntry: next(poll('127.0.0.1', {port}))\nexcept PollError: pass"
+    program = f"from plc.poll import PollError, poll\ntry: next(poll('127.0.0.1', {port}))\nexcept PollError: pass"
     result = subprocess.run([sys.executable, "-c", program], capture_output=True, timeout=20, check=True)
     assert result.stderr == b""  # the library below prints nothing beside the sentence
 

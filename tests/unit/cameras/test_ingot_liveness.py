@@ -15,7 +15,7 @@ def test_every_picture_of_a_recorded_ingot_line_counts(recordings, sequence):
     with PictureRecordingSource(recordings / "ingot_line" / sequence, rate_hz=0, loop=False) as source:
         for _ in range(40):
             frame = source.next(1.0)
-            assert liveness.look(Exposure.of(frame), frame.exposed_monotonic_s).counts
+            assert liveness.judge(Exposure.from_source(frame), frame.exposed_monotonic_s).counts
 
 
 def test_a_camera_that_shows_the_same_picture_again_is_frozen(recordings):
@@ -23,8 +23,8 @@ def test_a_camera_that_shows_the_same_picture_again_is_frozen(recordings):
     with PictureRecordingSource(recordings / "ingot_line" / "seq01", rate_hz=0, loop=False) as source:
         frame = source.next(1.0)
     verdicts = [
-        liveness.look(
-            Exposure.of(dataclasses.replace(frame, exposed_monotonic_s=number * 0.2, device_us=number)),
+        liveness.judge(
+            Exposure.from_source(dataclasses.replace(frame, exposed_monotonic_s=number * 0.2, device_us=number)),
             number * 0.2,
         )
         for number in range(10)

@@ -32,10 +32,10 @@ def first_fault(make: Callable[[int], Exposure | None], *, exposures: int = 30, 
     """Name of the first fault, the time since all was well, and how many exposures counted after that."""
     liveness = Liveness(settings, 100.0, numbered=numbered)
     for number in range(10):
-        liveness.look(exposure(number), 100 + number * PERIOD_S)
+        liveness.judge(exposure(number), 100 + number * PERIOD_S)
     counted = 0
     for number in range(10, 10 + exposures):
-        verdict = liveness.look(make(number), 100 + number * PERIOD_S)
+        verdict = liveness.judge(make(number), 100 + number * PERIOD_S)
         counted += verdict.counts
         if verdict.faults:
             ((name, detail),) = verdict.faults.items()
@@ -127,7 +127,7 @@ def test_a_camera_that_gives_nothing_is_lost_in_time():
 
 def test_a_picture_that_is_one_colour_with_a_moving_mark_is_blank():
     liveness = Liveness(SETTINGS, 100.0, numbered=True)
-    verdicts = [liveness.look(green(number), 100 + number * PERIOD_S) for number in range(10, 30)]
+    verdicts = [liveness.judge(green(number), 100 + number * PERIOD_S) for number in range(10, 30)]
     assert not any(verdict.counts for verdict in verdicts)
     assert set(verdicts[-1].faults) == {"picture_blank"}
 
@@ -145,24 +145,24 @@ def test_one_bad_exposure_costs_itself_and_no_fault():
 def test_a_fault_is_over_with_the_first_exposure_that_counts():
     liveness = Liveness(SETTINGS, 100.0, numbered=False)
     for number in range(10):
-        liveness.look(exposure(number), 100 + number * PERIOD_S)
-    assert liveness.look(None, 102.0).faults
-    verdict = liveness.look(exposure(21), 102.2)
+        liveness.judge(exposure(number), 100 + number * PERIOD_S)
+    assert liveness.judge(None, 102.0).faults
+    verdict = liveness.judge(exposure(21), 102.2)
     assert verdict.counts
     assert not verdict.faults
 
 
 def test_the_first_picture_of_a_camera_waits_for_the_second_and_that_of_a_recording_does_not():
     camera, recording = (Liveness(SETTINGS, 100.0, numbered=numbered) for numbered in (False, True))
-    assert not camera.look(exposure(1), 100.1).counts
-    assert camera.look(exposure(2), 100.2).counts
-    assert recording.look(exposure(1), 100.1).counts
+    assert not camera.judge(exposure(1), 100.1).counts
+    assert camera.judge(exposure(2), 100.2).counts
+    assert recording.judge(exposure(1), 100.1).counts
 
 
 def test_a_frozen_camera_that_is_opened_again_never_counts():
     for _ in range(5):
         liveness = Liveness(SETTINGS, 100.0, numbered=False)
-        assert not any(liveness.look(frozen(number), 100 + number * PERIOD_S).counts for number in range(60))
+        assert not any(liveness.judge(frozen(number), 100 + number * PERIOD_S).counts for number in range(60))
 
 
 def frozen(number: int) -> Exposure:
@@ -179,14 +179,14 @@ def test_what_is_wrong_is_still_named_while_a_slow_camera_sends_nothing_in_betwe
 def test_pairs_that_are_late_or_lost_are_told_with_values_that_stand():
     liveness = Liveness(SETTINGS, 100.0, numbered=False)
     verdicts = [
-        liveness.look(exposure(6 * number, dropped=5 * number), 100 + 6 * number * PERIOD_S) for number in range(12)
+        liveness.judge(exposure(6 * number, dropped=5 * number), 100 + 6 * number * PERIOD_S) for number in range(12)
     ]
     assert all(verdict.counts for verdict in verdicts[1:])
     assert set(verdicts[-1].faults) == {"pairs_slow", "pairs_dropped"}
     lenient = SETTINGS.model_copy(update={"interval_max_ms": 700, "dropped_max_percent": 90.0})
     liveness = Liveness(lenient, 100.0, numbered=False)
     for number in range(12):
-        verdict = liveness.look(exposure(6 * number, dropped=5 * number), 100 + 6 * number * PERIOD_S)
+        verdict = liveness.judge(exposure(6 * number, dropped=5 * number), 100 + 6 * number * PERIOD_S)
     assert verdict.faults == {}
 
 
@@ -195,10 +195,12 @@ def test_a_loop_that_repeats_is_no_frozen_camera(tmp_path):
     with RecordingSource(tmp_path, rate_hz=0, loop=True) as source:
         liveness = Liveness(SETTINGS, 0.0, numbered=True)
         pairs = [source.next(1) for _ in range(20)]
-        verdicts = [liveness.look(Exposure.of(pair), pair.exposed_monotonic_s) for pair in pairs]
+        verdicts = [liveness.judge(Exposure.from_source(pair), pair.exposed_monotonic_s) for pair in pairs]
         assert all(verdict.counts for verdict in verdicts)
-        told_wrongly = Exposure.of(dataclasses.replace(pairs[-1], repeated=False, left_us=10**9, right_us=10**9))
-        assert not liveness.look(told_wrongly, pairs[-1].exposed_monotonic_s).counts
+        told_wrongly = Exposure.from_source(
+            dataclasses.replace(pairs[-1], repeated=False, left_us=10**9, right_us=10**9)
+        )
+        assert not liveness.judge(told_wrongly, pairs[-1].exposed_monotonic_s).counts
 
 
 def test_a_recording_of_a_frozen_camera_is_a_frozen_camera(tmp_path):
@@ -208,7 +210,7 @@ def test_a_recording_of_a_frozen_camera_is_a_frozen_camera(tmp_path):
     with RecordingSource(tmp_path, rate_hz=0, loop=False) as source:
         liveness = Liveness(SETTINGS, 0.0, numbered=True)
         pairs = [source.next(1) for _ in range(10)]
-        counts = [liveness.look(Exposure.of(pair), pair.exposed_monotonic_s).counts for pair in pairs]
+        counts = [liveness.judge(Exposure.from_source(pair), pair.exposed_monotonic_s).counts for pair in pairs]
     assert counts == [True] + [False] * 9
 
 
@@ -224,7 +226,7 @@ def test_no_picture_of_the_mill_is_objected_to():
     with MillSource(seed=5, rate_hz=0, prepared_frames=30) as source:
         liveness = Liveness(SETTINGS, 0.0, numbered=False)
         pairs = [source.next(5) for _ in range(75)]
-    verdicts = [liveness.look(Exposure.of(pair), pair.exposed_monotonic_s) for pair in pairs]
+    verdicts = [liveness.judge(Exposure.from_source(pair), pair.exposed_monotonic_s) for pair in pairs]
     assert [verdict.counts for verdict in verdicts] == [False] + [True] * 74
 
 
@@ -236,13 +238,13 @@ def test_no_picture_of_a_recording_is_objected_to(recordings, name):
         with RecordingSource(scene, rate_hz=0, loop=False) as source:
             liveness = Liveness(SETTINGS, 0.0, numbered=False)
             first, second = (source.next(1) for _ in range(2))
-            assert not liveness.look(Exposure.of(first), first.exposed_monotonic_s).counts
-            assert liveness.look(Exposure.of(second), second.exposed_monotonic_s).counts, scene
+            assert not liveness.judge(Exposure.from_source(first), first.exposed_monotonic_s).counts
+            assert liveness.judge(Exposure.from_source(second), second.exposed_monotonic_s).counts, scene
 
 
 def test_a_clock_that_is_set_by_a_day_changes_no_verdict(monkeypatch):
     monkeypatch.setattr("time.time", lambda: 1e9)
     liveness = Liveness(SETTINGS, 100.0, numbered=True)
-    assert liveness.look(exposure(1), 100.1).counts
+    assert liveness.judge(exposure(1), 100.1).counts
     monkeypatch.setattr("time.time", lambda: 1e9 + 86_400)
-    assert liveness.look(exposure(2), 100.2) == (True, {}, 0.0)
+    assert liveness.judge(exposure(2), 100.2) == (True, {}, 0.0)

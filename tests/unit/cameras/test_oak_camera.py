@@ -126,7 +126,7 @@ def judged(oak, seconds):
     verdicts = []
     while time.monotonic() < until:
         pair = oak.next(0.2)
-        verdicts.append(liveness.look(pair and Exposure.of(pair), time.monotonic()))
+        verdicts.append(liveness.judge(pair and Exposure.from_source(pair), time.monotonic()))
     return verdicts
 
 

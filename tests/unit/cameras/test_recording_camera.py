@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from appliance.cameras.pacing import Pacer
-from appliance.cameras.recording.pairs import Recording, RecordingSource, read_picture
+from appliance.cameras.recording.pairs import Recording, RecordingSource
+from appliance.cameras.recording.picture_file import read_picture
 from appliance.cameras.source import CameraError, EndOfRecording
 
 SIZE = (48, 64)
@@ -60,14 +61,14 @@ def test_pictures_come_in_the_order_of_their_frame_numbers_and_unchanged(tmp_pat
     assert len(recording) == 3
     assert [number for number, _, _ in frames] == [2, 7, 10]
     for number, left, right in frames:
-        assert np.array_equal(left, picture(2 * number))
-        assert np.array_equal(right, picture(2 * number + 1))
+        assert np.array_equal(left.shown, picture(2 * number))
+        assert np.array_equal(right.shown, picture(2 * number + 1))
 
 
 def test_grey_pictures_stay_two_dimensional(tmp_path):
     _, left, right = next(iter(Recording(write_pictures(tmp_path, [0], shape=SIZE))))
-    assert left.shape == right.shape == SIZE
-    assert left.dtype == np.uint8
+    assert left.shown.shape == right.shown.shape == SIZE
+    assert left.shown.dtype == np.uint8
 
 
 @pytest.mark.parametrize(("suffix", "fourcc"), [(".mp4", "mp4v"), (".avi", "MJPG"), (".mkv", "FFV1")])
@@ -77,13 +78,13 @@ def test_videos_give_every_frame_once(tmp_path, suffix, fourcc):
     assert len(recording) == 7
     assert [number for number, _, _ in frames] == list(range(7))
     for number, left, right in frames:
-        assert abs(float(left.mean()) - (20 + 20 * number)) < 4
-        assert abs(float(right.mean()) - (20 + 20 * number)) < 4
+        assert abs(float(left.shown.mean()) - (20 + 20 * number)) < 4
+        assert abs(float(right.shown.mean()) - (20 + 20 * number)) < 4
 
 
 def test_a_video_can_be_read_backwards_and_with_gaps(tmp_path):
     recording = Recording(write_videos(tmp_path, (6, 6)))
-    levels = [round(float(recording.read(position)[1].mean())) for position in (4, 1, 5, 0)]
+    levels = [round(float(recording.read(position)[1].shown.mean())) for position in (4, 1, 5, 0)]
     assert levels == [100, 40, 120, 20]
 
 
@@ -110,23 +111,23 @@ def test_a_loop_starts_again_with_the_first_frame_and_goes_on_counting(tmp_path,
 def test_in_real_time_the_newest_pair_wins_and_the_older_ones_are_counted():
     clock = Clock()
     pacer = Pacer(10.0, clock, clock.sleep)
-    assert pacer.take(1.0) == (0, 100.0)
+    assert pacer.next_due(1.0) == (0, 100.0)
     clock.now_s += 0.57
-    number, moment_s = pacer.take(1.0)
+    number, moment_s = pacer.next_due(1.0)
     assert number == 5
     assert moment_s == pytest.approx(100.5)
     assert pacer.dropped == 4
-    assert pacer.take(1.0)[0] == 6
+    assert pacer.next_due(1.0)[0] == 6
     assert pacer.dropped == 4
 
 
 def test_waiting_ends_at_the_timeout_and_the_next_pair_is_not_lost():
     clock = Clock()
     pacer = Pacer(2.0, clock, clock.sleep)
-    pacer.take(1.0)
-    assert pacer.take(0.2) is None
+    pacer.next_due(1.0)
+    assert pacer.next_due(0.2) is None
     assert clock.now_s == pytest.approx(100.2)
-    assert pacer.take(0.4) == (1, pytest.approx(100.5))
+    assert pacer.next_due(0.4) == (1, pytest.approx(100.5))
     assert clock.now_s == pytest.approx(100.5)
     assert pacer.dropped == 0
 
@@ -232,9 +233,9 @@ def test_a_truncated_picture_is_refused_wherever_it_breaks_off(tmp_path, suffix,
 def test_zeros_that_pad_a_whole_jpeg_do_no_harm(tmp_path):
     write_pictures(tmp_path, [0], ".jpg")
     path = tmp_path / "left" / "000000.jpg"
-    before = read_picture(path)
+    before = read_picture(path).shown
     path.write_bytes(path.read_bytes() + bytes(100))
-    assert np.array_equal(read_picture(path), before)
+    assert np.array_equal(read_picture(path).shown, before)
 
 
 def test_a_file_that_is_no_picture_is_refused(tmp_path):
@@ -266,7 +267,7 @@ def test_a_video_that_cannot_be_opened_is_named(tmp_path):
 
 def test_the_path_traced_recordings_play(recordings):
     recording = Recording(recordings / "line_a" / "scenes" / "s1_clean")
-    assert [(number, left.shape) for number, left, _ in recording] == [(0, (1520, 2704, 3)), (1, (1520, 2704, 3))]
+    assert [(number, left.shown.shape) for number, left, _ in recording] == [(0, (1520, 2704, 3)), (1, (1520, 2704, 3))]
 
 
 def test_a_slow_reader_of_a_loop_sees_all_its_frames(tmp_path):

@@ -174,7 +174,7 @@ def test_without_a_target_there_is_no_correction_no_deviation_and_no_decision():
     values = advisor(target_mm=None, tolerance_plus_mm=1.0, tolerance_minus_mm=1.0).values_at(thick(), 100.0)
     assert values["correction"] is None
     assert "deviation" not in values
-    assert "decision" not in values
+    assert values["decision"] == Decision.NONE
 
 
 def test_a_target_without_tolerances_gives_a_deviation_and_no_decision():
@@ -205,7 +205,7 @@ def test_the_decision_with_a_grade_guards_with_the_cold_uncertainty():
 def test_a_grade_without_temperature_gives_no_decision_rather_than_a_hot_one():
     values = advisor(grade=CARBON, tolerance_plus_mm=1.0, tolerance_minus_mm=1.0).values_at(thick(), 100.0)
     assert "deviation" not in values
-    assert "decision" not in values
+    assert values["decision"] == Decision.NONE
 
 
 def test_trust_follows_the_tolerance_of_the_set_points():
@@ -237,3 +237,12 @@ def test_without_a_reading_trust_is_not_low():
     advising = advisor()
     advising.update(None, advising.points, 1.0)
     assert not advising.low_trust
+
+
+@pytest.mark.parametrize("doubt", [{"windows_kept": 1}, {"expanded_uncertainty_mm": 0.6}])
+def test_a_diameter_that_cannot_be_trusted_is_undecided_however_clear_its_deviation(doubt):
+    advising = advisor(tolerance_plus_mm=1.0, tolerance_minus_mm=1.0)
+    assert advising.values_at(thick(254.0), 100.0)["decision"] == Decision.OUT
+    assert advising.values_at(thick(254.0, **doubt), 100.1)["decision"] == Decision.UNDECIDED
+    assert advising.values_at(thick(250.0, **doubt), 100.2)["decision"] == Decision.UNDECIDED
+    assert advising.decision is Decision.UNDECIDED

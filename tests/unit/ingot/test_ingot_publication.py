@@ -3,7 +3,7 @@
 import pytest
 from messages import ingot_message, verdict
 
-from appliance.ingot.published import IngotPublication
+from appliance.ingot.published import GONE_PICTURES, IngotPublication
 from plc.process_image import VALUE_NAMES, decode, encode
 from plc.registers import INGOT_RING
 from vision.reasons import IngotReason
@@ -66,16 +66,29 @@ def test_an_undecided_ingot_is_not_valid_and_reasons_make_validity_two(served):
     assert (seen["ingot_orientation"], seen["ingot_validity"]) == (2, 2)
 
 
-def test_only_a_top_that_lies_there_now_is_a_wrong_orientation(served):
+def test_only_an_ingot_that_is_decided_to_show_its_top_is_a_wrong_orientation(served):
     assert not served.wrong_orientation_at(NOW_S)
-    for orientation, wrong in (("bottom", False), ("undecided", False), ("top", True)):
+    for orientation, wrong in (
+        ("bottom", False),
+        ("undecided", False),
+        ("top", True),
+        ("undecided", True),
+        ("bottom", False),
+    ):
         served.add(ingot_message(current=verdict(orientation=orientation)))
         assert served.wrong_orientation_at(NOW_S) is wrong
-    assert not served.wrong_orientation_at(NOW_S + 3)
-    served.held = True
-    assert not served.wrong_orientation_at(NOW_S)
-    served.held = False
-    served.add(ingot_message(current=None, told=(verdict(),)))
+
+
+def test_a_top_is_a_wrong_orientation_until_the_line_is_seen_empty_or_with_a_bottom(served):
+    served.add(ingot_message(current=verdict()))
+    assert served.wrong_orientation_at(NOW_S + 3)  # stale: nobody knows that it has gone
+    served.withdraw(IngotReason.NO_PICTURE, restarted=False)
+    assert served.wrong_orientation_at(NOW_S)
+    served.withdraw(IngotReason.STARTING, restarted=True)
+    served.add(ingot_message(present=False))
+    assert served.wrong_orientation_at(NOW_S)  # one picture may miss an end
+    for _ in range(GONE_PICTURES):
+        served.add(ingot_message(present=False))
     assert not served.wrong_orientation_at(NOW_S)
 
 

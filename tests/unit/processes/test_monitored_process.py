@@ -55,9 +55,9 @@ def healths(environment, tmp_path, wanted: int) -> list[tuple[float, Health]]:
 
 
 def test_pauses_grow_and_a_station_that_keeps_ending_fails_and_cools_down(environment, tmp_path):
-    environment.setattr(keeper, "PAUSE_FIRST_S", 0.1)
-    environment.setattr(keeper, "COOL_DOWN_S", 3.0)
-    environment.setattr(keeper, "ENDS_IN_ROW", 3)
+    environment.setattr(keeper, "FIRST_PAUSE_S", 0.1)
+    environment.setattr(keeper, "FAILING_PAUSE_S", 3.0)
+    environment.setattr(keeper, "ENDS_BEFORE_FAILING", 3)
     told = healths(environment, tmp_path, 6)
     assert [(health.state, health.ended) for _, health in told] == [
         ("restarting", True),
@@ -75,8 +75,8 @@ def test_pauses_grow_and_a_station_that_keeps_ending_fails_and_cools_down(enviro
 
 
 def test_a_good_run_makes_the_next_end_the_first_again(environment, tmp_path):
-    environment.setattr(keeper, "PAUSE_FIRST_S", 0.01)
-    environment.setattr(keeper, "GOOD_RUN_S", -1.0)  # every run that gives a reading is good
+    environment.setattr(keeper, "FIRST_PAUSE_S", 0.01)
+    environment.setattr(keeper, "GOOD_RUN_TIME_S", -1.0)  # every run that gives a reading is good
     told = healths(environment, tmp_path, 16)
     assert {health.state for _, health in told} == {"running", "restarting"}
 

@@ -111,7 +111,11 @@ def test_a_written_recording_tells_the_truth_and_plays(written):
     assert document["diameter_mm"] == bar_at(11, 0).diameter_mm
     for frame, row in enumerate(document["frames"]):
         assert row == {"frame": f"{frame:06}", **truth(bar_at(11, frame))}
-    assert [(number, left.shape) for number, left, _ in Recording(scene)] == [(0, (600, 800, 3)), (1, (600, 800, 3))]
+    shapes = [(number, left.shown.shape) for number, left, _ in Recording(scene)]
+    assert shapes == [
+        (0, (600, 800, 3)),
+        (1, (600, 800, 3)),
+    ]
 
 
 def test_the_board_file_holds_nominal_values_and_the_true_rig_the_errors(written):

@@ -15,7 +15,7 @@ from appliance.simulation.ingots.faces import FACE_CELLS, LABELS, face, random_l
 from appliance.simulation.ingots.sequence import IngotSequence
 from appliance.simulation.ingots.solid import Pose, see
 from appliance.simulation.ingots.timetable import timetable
-from appliance.simulation.sensor import encode
+from appliance.simulation.response import encode
 
 SMALL = (480, 270)
 NAMES = [row.name for row in INGOT_CONDITIONS]

@@ -12,7 +12,8 @@ from appliance.cameras.source import CameraError
 from appliance.simulation.bars import bars
 from appliance.simulation.bars.bars import Bar, bar_at, truth
 from appliance.simulation.bars.line_scene import Scene
-from appliance.simulation.sensor import LEVELS, NoiseStock, Sensor, encode
+from appliance.simulation.response import encode
+from appliance.simulation.sensor import LEVELS, NoiseStock, Sensor
 from appliance.simulation.true_rig import default_rig, random_rig
 
 SMALL = (200, 150)

@@ -29,7 +29,7 @@ LATE = {"lost_after_ms": 100}
 
 @pytest.fixture
 def start(monkeypatch):
-    monkeypatch.setattr(sizing, "PAUSE_S", 0.05)
+    monkeypatch.setattr(sizing, "RETRY_PAUSE_S", 0.05)
     stations: list[Station] = []
 
     def begin(camera, conveyor=LENGTHS, **settings) -> Station:
@@ -163,7 +163,7 @@ WRONG = {
     "half hidden": (lambda: empty(replace(LINE, hidden="left", hidden_from_mm=0.0)), ("fifth of one is hidden",)),
     "bent": (lambda: empty(replace(LINE, warp_mm=8.0)), ("not straight",)),
     "too small": (lambda: np.full((20, 30), 40, np.uint8), ("30 x 20 pixels are too small", "32 x 32")),
-    "coloured by a palette": (lambda: cv2.applyColorMap(empty(), cv2.COLORMAP_JET), ("a palette has coloured",)),
+    "coloured by a palette": (lambda: cv2.applyColorMap(empty(), cv2.COLORMAP_JET), ("in false colours",)),
     "without a line": (lambda: np.full((480, 640), 40, np.uint8), ("no pair of barriers",)),
 }
 

@@ -164,9 +164,14 @@ def test_a_bar_shorter_than_the_region_is_told_by_its_ends(bars):
     assert take(bars, 0.1, 192.0, HEAD | TAIL)["bar_mean"] == 191.0
 
 
-def active(lasting: LastingReasons, at_s: float, reasons: int) -> set[str]:
-    lasting.add(reading(exposed_monotonic_s=at_s, reasons=Reason(reasons)))
+def active(lasting: LastingReasons, moments_s, reasons: Reason) -> set[str]:
+    for at_s in moments_s:
+        lasting.add(reading(exposed_monotonic_s=at_s, reasons=reasons))
     return {fault for fault, there in lasting.faults().items() if there}
+
+
+def every_tenth(first_s: float, last_s: float) -> list[float]:
+    return [tick / 10 for tick in range(round(10 * first_s), round(10 * last_s) + 1)]
 
 
 @pytest.mark.parametrize(
@@ -179,19 +184,22 @@ def active(lasting: LastingReasons, at_s: float, reasons: int) -> set[str]:
 )
 def test_a_doubt_becomes_a_fault_when_it_lasts_and_ends_when_it_is_long_gone(reason, fault):
     lasting = LastingReasons(10.0)
-    assert not active(lasting, 0.0, int(reason))
-    assert not active(lasting, 9.9, int(reason))
-    assert active(lasting, 10.0, int(reason)) == {fault}
-    assert active(lasting, 15.0, 0) == {fault}
-    assert active(lasting, 24.9, 0) == {fault}
-    assert not active(lasting, 25.0, 0)
+    assert not active(lasting, every_tenth(0.0, 9.9), reason)
+    assert active(lasting, [10.1], reason) == {fault}
+    assert active(lasting, every_tenth(10.2, 20.0), Reason.NONE) == {fault}
+    assert not active(lasting, [20.2], Reason.NONE)
 
 
-def test_a_doubt_that_comes_and_goes_is_no_fault_and_gaps_between_bars_do_not_count():
+@pytest.mark.parametrize(("of_five", "is_fault"), [(2, False), (4, True)])
+def test_a_doubt_in_most_readings_is_a_fault_and_in_few_it_is_none(of_five, is_fault):
     lasting = LastingReasons(10.0)
-    for tick in range(40):
-        assert not active(lasting, float(tick), int(Reason.LOW_CONTRAST) if tick % 5 else 0)
-    for tick in range(40, 49):
-        active(lasting, float(tick), int(Reason.LOW_CONTRAST))
-    active(lasting, 49.0, NO_BAR)
-    assert active(lasting, 60.0, int(Reason.LOW_CONTRAST)) == {"contrast_low"}
+    for tick in range(600):
+        active(lasting, [tick / 10], Reason.LOW_CONTRAST if tick % 5 < of_five else Reason.NONE)
+    assert bool(active(lasting, [], Reason.NONE)) is is_fault
+
+
+def test_an_empty_line_between_two_doubtful_bars_does_not_count_as_lasting():
+    lasting = LastingReasons(10.0)
+    assert not active(lasting, [0.0], Reason.LOW_CONTRAST)
+    assert not active(lasting, every_tenth(0.1, 60.0), Reason.NO_BAR)
+    assert not active(lasting, [60.1], Reason.LOW_CONTRAST)

@@ -3,7 +3,7 @@
 import pytest
 from messages import reading
 
-from appliance.sizing.published import AGE_LARGEST_MS, Publication
+from appliance.sizing.published import LARGEST_AGE_MS, Publication
 from plc.process_image import VALUE_NAMES, decode, encode
 from vision.reasons import Reason
 
@@ -96,7 +96,7 @@ def test_a_reading_stands_until_it_is_stale(served, age_ms, stands):
 
 def test_the_age_saturates_below_the_number_that_means_no_value(served):
     served.add(reading(exposed_monotonic_s=100.0))
-    assert words(served.values_at(1000.0))["measurement_age"] == AGE_LARGEST_MS
+    assert words(served.values_at(1000.0))["measurement_age"] == LARGEST_AGE_MS
 
 
 def test_an_exposure_in_the_future_is_not_younger_than_now(served):
@@ -192,3 +192,10 @@ def test_two_readings_between_two_swaps_have_a_number_each(served):
     served.add(reading())
     served.add(reading(sequence=1))
     assert sequences(served, 100.0) == [first + 2]
+
+
+def test_a_new_process_that_has_already_dropped_more_than_the_old_one_is_counted_from_zero(served):
+    served.add(reading(dropped=5))
+    served.withdraw(Reason.STARTING)
+    served.add(reading(dropped=8))
+    assert served.values_at(100.0)["frames_dropped"] == 13

@@ -54,7 +54,7 @@ def recording(tmp_path) -> Path:
 
 @pytest.fixture
 def start(monkeypatch) -> Iterator:
-    monkeypatch.setattr(sizing, "PAUSE_S", 0.05)
+    monkeypatch.setattr(sizing, "RETRY_PAUSE_S", 0.05)
     stations: list[Station] = []
 
     def begin(**settings) -> Station:

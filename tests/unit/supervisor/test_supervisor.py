@@ -2,6 +2,7 @@
 
 import itertools
 import struct
+import threading
 import time
 from collections.abc import Iterator
 
@@ -332,3 +333,34 @@ def test_a_folder_that_cannot_be_written_is_maintenance_and_set_points_still_cou
         set_points(wire, 30000)
         assert wait_for(wire, lambda seen: seen["deviation"] is not None, 0.3)
         assert eventually(lambda: "set_points_not_saved" in rehearsal.supervisor._faults.active, 2)
+
+
+@pytest.mark.parametrize("moment", ["-1e308", "1e308", "1e9"])
+def test_a_process_whose_exposures_cannot_be_is_ended_and_its_value_never_stands(rehearsal, moment):
+    rehearsal.tell(f"expose {moment}")
+    rehearsal.start()
+    rehearsal.supervisor._gate.open()
+    with rehearsal.connect() as wire:
+        seen = wait_for(wire, lambda seen: seen["alarm_word"] & 1 << 7, 5)
+        assert seen["validity"] == 0
+        rehearsal.tell("measure")
+        assert wait_for(wire, has_value, 10)["diameter"] >= 200
+
+
+def test_of_two_reloads_the_later_one_wins_and_an_error_of_any_kind_is_a_fault(rehearsal, wire):
+    wait_for(wire, has_value, 5)
+    kept = rehearsal.settings
+
+    def slow_old() -> Settings:
+        time.sleep(0.5)
+        return kept
+
+    def broken() -> Settings:
+        raise RecursionError
+
+    first = threading.Thread(target=rehearsal.reload, args=[slow_old])
+    first.start()
+    time.sleep(0.1)
+    rehearsal.reload(broken)
+    first.join()
+    assert rehearsal.supervisor._faults.active & {"settings_unusable"}

@@ -8,7 +8,7 @@ import pytest
 from scipy import io
 
 from appliance.cli import main as cli
-from appliance.training.edge_scenes import CROP_PX, UNKNOWN, edge_examples
+from appliance.training.edge_scenes import CROP_PX, UNKNOWN_SEGMENT, edge_examples
 from vision.edges.forest.model import StructuredForest
 
 
@@ -83,7 +83,7 @@ def test_the_same_seed_draws_the_same_examples_and_some_of_each_kind():
         assert np.array_equal(one.segments[0], same.segments[0])
     assert not np.array_equal(first[0].image, other[0].image)
     assert {one.image.ndim for one in first} == {2, 3}
-    assert any((one.segments[0] == UNKNOWN).any() for one in first)
+    assert any((one.segments[0] == UNKNOWN_SEGMENT).any() for one in first)
     for one in first:
         assert one.image.shape[:2] == one.segments[0].shape == (CROP_PX, CROP_PX)
         assert one.image.dtype == np.float32

@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 
 from vision.calibration.rig import Rig
 from vision.geometry.camera import Camera
-from vision.light import decoding_table
-from vision.pictures import check_picture
+from vision.light_planes import Decoder
 from vision.readings import SizeReading
 from vision.reasons import Reason
+from vision.sent_picture import Codes, SentPicture
+from vision.sizing.checked_pictures import checked_pair
 from vision.sizing.limits import (
     CLIPPED_FEW_SHARE,
     CLIPPED_MOST_SHARE,
@@ -36,7 +37,6 @@ from vision.sizing.tangent.limb_finder import LimbFinder, LimbPoints, RoughLimb
 from vision.sizing.tangent.tangent_planes import TangentPlane, rough_cylinder
 from vision.sizing.tangent.uncertainty_budget import Budget, uncertainty_budget
 
-Image = NDArray[np.uint8]
 Array = NDArray[np.float64]
 Result = TypeVar("Result")
 
@@ -59,7 +59,7 @@ class _View:
     grid: RegionGrid
     finder: LimbFinder
 
-    def rough_limbs(self, picture: Image, outline: Outline) -> list[RoughLimb]:
+    def rough_limbs(self, picture: SentPicture, outline: Outline) -> list[RoughLimb]:
         """Both limbs of a bar, at smaller and at larger x."""
         lines = outline.left, outline.right
         return [self.finder.roughly(picture, line, side) for line, side in zip(lines, LIMB_SIDES, strict=True)]
@@ -85,24 +85,24 @@ class TangentGauge:
             raise ValueError("the rig has no world frame: calibrate with the registration pictures of the low board")
         self.rig = rig
         self._ovality_mm = ovality_mm
-        self._decode = decoding_table(rig.response)
+        self._decoder = Decoder(rig.response)
         self._views = [
             _View(
                 camera,
                 RegionGrid(camera, rig.region_y_mm),
-                LimbFinder(index, camera, self._decode, rig.region_y_mm),
+                LimbFinder(index, camera, self._decoder, rig.region_y_mm),
             )
             for index, camera in enumerate((rig.left, rig.right))
         ]
         self._beside = ThreadPoolExecutor(1)  # one view there, the other one here
 
-    def measure(self, left: Image, right: Image) -> SizeReading:
+    def measure(self, left: SentPicture | Codes, right: SentPicture | Codes) -> SizeReading:
         """Diameter of the bar in one pair of pictures.
 
         Parameters
         ----------
-        left, right : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
-            Raw pictures, grey or blue-green-red.
+        left, right : SentPicture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
+            As they were sent; code values alone are grey or blue-green-red, all their bits used.
 
         Returns
         -------
@@ -114,30 +114,28 @@ class TangentGauge:
         Raises
         ------
         ValueError
-            A picture is not 8 bit, not grey or three-channel, or not of the size that the rig was calibrated for.
+            A picture is not of 8 or 16 bit, not grey or three-channel, or not of the size that the rig was calibrated
+            for.
         """
-        found = self.find(left, right)
-        return SizeReading(reasons=found) if isinstance(found, Reason) else self.measure_bar(left, right, found)
+        pictures = checked_pair(self.rig, left, right)
+        found = self.find(*pictures)
+        return SizeReading(reasons=found) if isinstance(found, Reason) else self.measure_bar(*pictures, found)
 
-    def find(self, left: Image, right: Image) -> tuple[Outline, Outline] | Reason:
+    def find(self, left: SentPicture, right: SentPicture) -> tuple[Outline, Outline] | Reason:
         """Where the one bar is in each view, roughly, or why there is none to be measured.
 
         Parameters
         ----------
-        left, right : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        left, right : SentPicture
+            Of the rig's size.
 
         Returns
         -------
         tuple of two Outline, or Reason
             `no_bar`, `one_camera`, `several_bars`.
-
-        Raises
-        ------
-        ValueError
-            As `measure`.
         """
-        pictures = self._checked(left, right)
-        found = self._both(lambda index: self._views[index].grid.bars(pictures[index], self._decode))
+        shown = left.shown, right.shown
+        found = self._both(lambda index: self._views[index].grid.bars(shown[index], self._decoder.shown))
         count = [len(outlines) for outlines in found]
         if max(count) == 0:
             return Reason.NO_BAR
@@ -147,8 +145,8 @@ class TangentGauge:
 
     def measure_bar(
         self,
-        left: Image,
-        right: Image,
+        left: SentPicture,
+        right: SentPicture,
         outlines: tuple[Outline, Outline],
         moved_px: tuple[float, float] = UNKNOWN_MOVE_PX,
     ) -> SizeReading:
@@ -156,7 +154,8 @@ class TangentGauge:
 
         Parameters
         ----------
-        left, right : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        left, right : SentPicture
+            Of the rig's size.
         outlines : tuple of two Outline
         moved_px : tuple of float
             Distance that each picture has moved since the calibration; NaN where it is unknown.
@@ -165,7 +164,7 @@ class TangentGauge:
         -------
         SizeReading
         """
-        pictures = self._checked(left, right)
+        pictures = left, right
         rough = self._both(lambda index: self._views[index].rough_limbs(pictures[index], outlines[index]))
         planes = self._planes([*rough[0], *rough[1]])
         cylinder = rough_cylinder([plane for plane in planes if plane is not None])
@@ -177,12 +176,6 @@ class TangentGauge:
         if reasons.forbids_value:
             return _with_light(SizeReading(reasons=reasons), limbs)
         return _with_light(self._read([limbs[index] for index in shown], cylinder, reasons, moved_px), limbs)
-
-    def _checked(self, left: Image, right: Image) -> tuple[Image, Image]:
-        first, second = self._views
-        check_picture("left", left, first.camera.image_size)
-        check_picture("right", right, second.camera.image_size)
-        return _with_channels(left), _with_channels(right)
 
     def _both(self, work: Callable[[int], Result]) -> tuple[Result, Result]:
         """Work for both views at the same time."""
@@ -201,7 +194,7 @@ class TangentGauge:
         ]
 
     def _limbs(
-        self, pictures: tuple[Image, Image], planes: list[TangentPlane | None], cylinder: Array
+        self, pictures: tuple[SentPicture, SentPicture], planes: list[TangentPlane | None], cylinder: Array
     ) -> list[LimbPoints]:
         """Edge points of the four limbs; a hidden limb is searched where the other three predict it."""
         region = np.array(self.rig.region_y_mm)
@@ -243,11 +236,6 @@ class TangentGauge:
         return _reading(fit, budget, reasons, kept, total)
 
 
-def _with_channels(image: Image) -> Image:
-    """Picture with an axis of channels, contiguous."""
-    return np.ascontiguousarray(image if image.ndim == 3 else image[:, :, None])
-
-
 def _with_light(reading: SizeReading, limbs: list[LimbPoints]) -> SizeReading:
     """Add the limbs' exposure to a reading, with a value or without."""
     bright = [float(np.median(limb.bright)) for limb in limbs if len(limb.bright)]
@@ -276,7 +264,7 @@ def _reasons_of_limbs(limbs: list[LimbPoints], shown: list[int]) -> Reason:
     for index in shown:
         if np.median(limbs[index].bright) < WEAK_CONTRAST * np.median(limbs[index].dark):
             reasons |= Reason.LOW_CONTRAST
-    if any(limb.clipped_share > CLIPPED_FEW_SHARE for limb in limbs):
+    if any(limb.is_guess or limb.clipped_share > CLIPPED_FEW_SHARE for limb in limbs):
         reasons |= Reason.SOME_EDGES_CLIPPED
     return reasons
 

@@ -9,17 +9,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.compression import compression_shift_px
 from vision.edges.profiles import sample_profiles
 from vision.edges.shaded import shaded_crossings
 from vision.edges.subpixel import even_profiles, fitted_edges, half_level_crossing
+from vision.edges.symmetric_plane import settled
 from vision.geometry.camera import Camera
 from vision.geometry.consensus_line import consensus_line
 from vision.geometry.measuring_plane import PLANE_HEIGHT_MM
-from vision.light import CLIPPED_CODE
+from vision.light_planes import Decoder, LightPlane
+from vision.sent_picture import Coding, SentPicture
 from vision.sizing.limits import CLIPPED_FEW_SHARE, FIRST_BLUR_PX, LEAST_POINTS
 
 Array = NDArray[np.float64]
-Picture = NDArray[np.uint8]
 
 ROUGH_SPACING_PX = 4.0  # chosen: distance of the first pass's profiles along the limb
 SPACING_PX = 1.0  # distance of the second pass's profiles along the limb: each has its own pixels
@@ -27,6 +29,8 @@ PROFILE_STEP_PX = 0.25  # chosen: distance of the samples along a profile
 SEARCH_HALF_LENGTH_PX = 12.0  # chosen: half length of the first profiles; the grid gives the limb to a few pixels
 REFINE_HALF_LENGTH_PX = 9.0  # chosen: half length of the second profiles, around a straight line
 INSIDE_PX = 8.0  # chosen: this far inwards of the rough limb a pixel surely lies on the bar
+BRIGHTEST_PERCENT = 90.0  # chosen: a channel clips if a tenth of the bar's pixels do
+SETTLED_STEP = 4  # chosen: every fourth profile tells which guess of a clipped channel is right
 AGREEMENT_PX = 1.0  # chosen: a point of the first pass supports the limb's line within one pixel
 
 SEARCH_OFFSETS_PX = np.arange(-SEARCH_HALF_LENGTH_PX, SEARCH_HALF_LENGTH_PX + PROFILE_STEP_PX, PROFILE_STEP_PX)
@@ -59,6 +63,10 @@ class LimbPoints:
         Share of the points found that were overexposed and left out.
     tried : int
         Profiles that were sampled.
+    is_guess : bool
+        Whether a channel is overexposed in luma, and how much light it lost a guess.
+    u_compression_px : float
+        Standard uncertainty of the correction for lossy compression.
     """
 
     view: int
@@ -72,6 +80,8 @@ class LimbPoints:
     uneven_share: float
     clipped_share: float
     tried: int
+    is_guess: bool = False
+    u_compression_px: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,27 +108,24 @@ class LimbFinder:
     view : int
         0 for the left camera, 1 for the right one.
     camera : Camera
-    decode : ndarray of float32, shape (256,)
-        Light of every code value.
+    decoder : Decoder
+        Of the camera's code values.
     region_y_mm : tuple of float
         Measuring region along the rolling direction.
     """
 
-    def __init__(
-        self, view: int, camera: Camera, decode: NDArray[np.float32], region_y_mm: tuple[float, float]
-    ) -> None:
+    def __init__(self, view: int, camera: Camera, decoder: Decoder, region_y_mm: tuple[float, float]) -> None:
         self._view = view
         self._camera = camera
-        self._decode = decode
+        self._decoder = decoder
         self._region_y_mm = region_y_mm
 
-    def roughly(self, picture: Picture, line: Array, side: int) -> RoughLimb:
+    def roughly(self, picture: SentPicture, line: Array, side: int) -> RoughLimb:
         """Straight line of a limb that the grid knows to a few pixels.
 
         Parameters
         ----------
-        picture : ndarray of uint8, shape (rows, columns, channels)
-            Raw picture.
+        picture : SentPicture
         line : ndarray of float64, shape (2,)
             x(y) on the grid's plane: slope and intercept, mm.
         side : int
@@ -130,8 +137,9 @@ class LimbFinder:
             `seen` is 0, and the line the given one, where there are fewer than `LEAST_POINTS`.
         """
         point, normal, y_mm = self._across(line, side, self._region_y_mm, ROUGH_SPACING_PX)
-        channel = int(np.argmax(self._brightness(picture, point, normal)))
-        profile = sample_profiles(picture, channel, self._decode, point, normal, SEARCH_OFFSETS_PX)
+        outside, inside = (_shown_level(picture, point + way * INSIDE_PX * normal) for way in (-1, 1))
+        plane = self._decoder.planes(picture.coding, outside, inside)[0]
+        profile = sample_profiles(picture.measured, plane, point, normal, SEARCH_OFFSETS_PX)
         place = half_level_crossing(profile, SEARCH_OFFSETS_PX, FIRST_BLUR_PX).place_px
         found = np.isfinite(place)
         if np.count_nonzero(found) < LEAST_POINTS:
@@ -143,13 +151,12 @@ class LimbFinder:
         fitted, agrees = consensus_line(on_line_mm, x_mm, AGREEMENT_PX * pixel_mm)
         return RoughLimb(fitted, np.count_nonzero(agrees) / len(y_mm))
 
-    def finely(self, picture: Picture, line: Array, side: int, span_mm: tuple[float, float]) -> LimbPoints:
+    def finely(self, picture: SentPicture, line: Array, side: int, span_mm: tuple[float, float]) -> LimbPoints:
         """Edge points along a limb that is known to within a pixel.
 
         Parameters
         ----------
-        picture : ndarray of uint8, shape (rows, columns, channels)
-            Raw picture.
+        picture : SentPicture
         line : ndarray of float64, shape (2,)
             x(y) on the grid's plane: slope and intercept, mm.
         side : int
@@ -165,14 +172,24 @@ class LimbFinder:
         """
         point, normal, y_mm = self._across(line, side, span_mm, SPACING_PX)
         tried: list[LimbPoints] = []
-        for channel in np.argsort(-self._brightness(picture, point, normal)):
-            profile = sample_profiles(picture, int(channel), self._decode, point, normal, REFINE_OFFSETS_PX)
-            tried.append(self._points(profile, point, normal, y_mm, side))
+        outside, inside = (_shown_level(picture, point + way * INSIDE_PX * normal) for way in (-1, 1))
+        brightest = _shown_level(picture, point + INSIDE_PX * normal, BRIGHTEST_PERCENT)
+        few = slice(None, None, SETTLED_STEP)
+        for plane in settled(
+            self._decoder.planes(picture.coding, outside, inside, brightest),
+            lambda plane: sample_profiles(picture.measured, plane, point[few], normal[few], REFINE_OFFSETS_PX),
+            REFINE_OFFSETS_PX,
+        ):
+            profile = sample_profiles(picture.measured, plane, point, normal, REFINE_OFFSETS_PX)
+            tried.append(self._points(profile, (point, normal, y_mm), side, (plane, picture.coding)))
             if tried[-1].clipped_share <= CLIPPED_FEW_SHARE:
                 break
         return min(tried, key=lambda limb: limb.clipped_share)
 
-    def _points(self, profile: Array, point: Array, normal: Array, y_mm: Array, side: int) -> LimbPoints:
+    def _points(
+        self, profile: Array, across: tuple[Array, Array, Array], side: int, light: tuple[LightPlane, Coding]
+    ) -> LimbPoints:
+        (point, normal, y_mm), (plane, coding) = across, light
         shaded = shaded_crossings(profile, REFINE_OFFSETS_PX, FIRST_BLUR_PX)
         if shaded is None:
             return self._nothing(side, len(y_mm))
@@ -182,8 +199,12 @@ class LimbFinder:
             return self._nothing(side, len(y_mm))
         place, step, uneven_share = fitted_edges(profile, REFINE_OFFSETS_PX, crossings, even, blur_px)
         bright = crossings.dark + step
+        inwards_px, u_inwards_px = compression_shift_px(
+            coding, self._decoder.response, (crossings.dark, bright), blur_px
+        )
+        place = place - inwards_px
         found = np.isfinite(place)
-        clipped = np.maximum(bright, crossings.bright) >= self._decode[CLIPPED_CODE]
+        clipped = np.maximum(bright, crossings.bright) >= plane.clipped_light
         kept = found & ~clipped
         share = np.count_nonzero(found & clipped) / max(1, np.count_nonzero(found))
         if np.count_nonzero(kept) < LEAST_POINTS:
@@ -200,19 +221,13 @@ class LimbFinder:
             uneven_share=uneven_share,
             clipped_share=share,
             tried=len(y_mm),
+            is_guess=plane.is_guess,
+            u_compression_px=u_inwards_px,
         )
 
     def _nothing(self, side: int, tried: int, clipped_share: float = 0.0) -> LimbPoints:
         none = np.empty(0)
         return LimbPoints(self._view, side, np.empty((0, 2)), none, none, none, np.nan, 0.0, 0.0, clipped_share, tried)
-
-    def _brightness(self, picture: Picture, point: Array, normal: Array) -> Array:
-        """Median code value of each channel just inside the limb, shape (channels,)."""
-        inside = np.rint(point[::8] + INSIDE_PX * normal[::8])
-        rows, columns = picture.shape[:2]
-        seen = np.all((inside >= 0) & (inside < [columns, rows]), axis=1)
-        x, y = inside[seen].astype(int).T
-        return np.median(picture[y, x], axis=0) if seen.any() else np.zeros(picture.shape[2])
 
     def _across(
         self, line: Array, side: int, span_mm: tuple[float, float], spacing_px: float
@@ -241,6 +256,14 @@ class LimbFinder:
         centre, direction = self._camera.centre_mm, self._camera.rays(point_px)
         reach = (PLANE_HEIGHT_MM - centre[2]) / direction[:, 2]
         return centre + reach[:, None] * direction
+
+
+def _shown_level(picture: SentPicture, point: Array, percent: float = 50.0) -> Array:
+    """A percentile, else the median, of each channel's code values as shown at some points, shape (channels,)."""
+    at = np.rint(point[::8])
+    shown = picture.shown.reshape(*picture.shown.shape[:2], -1)
+    x, y = at[np.all((at >= 0) & (at < picture.size), axis=1)].astype(int).T
+    return np.percentile(shown[y, x], percent, axis=0) if x.size else np.zeros(shown.shape[2])
 
 
 def _at(line: Array, y_mm: Array) -> Array:

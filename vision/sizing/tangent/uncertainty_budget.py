@@ -10,6 +10,7 @@ from scipy import special
 from vision.calibration.bundle_adjustment import N_CAMERA, project_with_slopes
 from vision.calibration.rig import Rig
 from vision.geometry.camera import CAMERA_PARAMETERS
+from vision.light import Response, half_level_share
 from vision.sizing.tangent.cylinder_fit import CylinderFit, touched_points
 from vision.sizing.tangent.edge_points import EdgePoints
 from vision.sizing.tangent.limb_finder import LimbPoints
@@ -19,12 +20,12 @@ Array = NDArray[np.float64]
 OMEGA = slice(CAMERA_PARAMETERS.index("omega_x"), CAMERA_PARAMETERS.index("omega_z") + 1)
 TRANSLATION = slice(CAMERA_PARAMETERS.index("t_x"), CAMERA_PARAMETERS.index("t_z") + 1)
 FREE_HEIGHT_MM = 1.5  # chosen: an axis up to 1.5 mm off R above the rollers is a good calibration's, and adds nothing
-U_EXPONENT = 0.01  # chosen, relative: standard uncertainty of the exponent by which code values follow light
 U_PLACE_PX = 0.01  # chosen: standard uncertainty of the place of a whole limb whose edge looks perfect
 U_SHADING = 0.25  # chosen, relative: standard uncertainty of the shift that corrects for shading towards the limb
 GROSS_ERROR_SENSITIVITY = 1.7  # of the biweight, in standard deviations (Huber, ISBN 0-471-41805-6, 4.3)
 MOST_FOREIGN_SHARE = 0.8  # chosen: at most 80 % of a limb's points count as foreign; e / (1 - e) has no bound
 CLIPPED_SHIFT_PX = 0.5  # chosen: a fully overexposed limb is off outwards by half a pixel
+GUESS_SHIFT_PX = 0.07  # of an edge in luma with a channel clipped up to 3 times over, on the simulated mill
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,15 +77,16 @@ def uncertainty_budget(
         points. `shape`: a section that is not round. `model`: limbs that lie off as a whole.
     """
     reach_mm = np.array([_reach_mm(fit, points, limb) for limb in range(len(limbs))])
-    shift_px = np.array([_response_shift_px(one) for one in limbs])
-    clipped_px = np.array([CLIPPED_SHIFT_PX * one.clipped_share for one in limbs])
+    shift_px = np.array([_response_shift_px(one, rig.response) for one in limbs])  # one column for each doubt
+    compression_px = np.array([one.u_compression_px for one in limbs])
+    clipped_px = np.array([max(CLIPPED_SHIFT_PX * one.clipped_share, one.is_guess * GUESS_SHIFT_PX) for one in limbs])
     off_px = np.array([_off_px(fit, points, index, limb) for index, limb in enumerate(limbs)])
     return Budget(
         edge_mm=fit.u_diameter_mm,
         calibration_mm=_calibration_mm(fit, points, rig, moved_px),
         board_mm=fit.diameter_mm * rig.square_relative_u,
         # response and overexposure move all limbs the same way, a limb's own fault only that limb
-        light_mm=float(np.hypot(reach_mm @ shift_px, reach_mm @ clipped_px)),
+        light_mm=float(np.linalg.norm([*(reach_mm @ shift_px), reach_mm @ clipped_px, reach_mm @ compression_px])),
         shape_mm=ovality_mm / (2 * math.sqrt(3)),
         model_mm=float(np.hypot(np.linalg.norm(reach_mm * off_px), _off_rollers_mm(fit, rig))),
     )
@@ -96,12 +98,11 @@ def _reach_mm(fit: CylinderFit, points: EdgePoints, limb: int) -> float:
     return float(-2 * np.sum(fit.gain[4, mine] / fit.pixel_per_mm[mine]))
 
 
-def _response_shift_px(limb: LimbPoints) -> float:
-    """Shift of half level, px, when the exponent by which code values follow light is off by `U_EXPONENT`."""
-    k = 1 + U_EXPONENT
-    dark = float(np.median(limb.dark / limb.bright))
-    level = ((1 + dark**k) / 2) ** (1 / k)
-    return float(limb.blur_px * special.ndtri((level - dark) / (1 - dark)))
+def _response_shift_px(limb: LimbPoints, response: Response) -> Array:
+    """How far half level moves for each doubt of the camera's response, shape (doubts,)."""
+    dark, bright = np.median(limb.dark), np.median(limb.bright)
+    share = half_level_share(response, np.array([max(dark, 0.0)]), np.array([bright]))[0]
+    return limb.blur_px * special.ndtri(np.clip(0.5 + share, 0.01, 0.99))
 
 
 def _off_rollers_mm(fit: CylinderFit, rig: Rig) -> float:

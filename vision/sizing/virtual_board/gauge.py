@@ -20,10 +20,11 @@ from vision.edges.operators import EDGE_METHODS, EdgeMethod
 from vision.fusion.methods import METHODS, Method, fuse
 from vision.geometry.homography import transformed
 from vision.geometry.measuring_plane import pixel_size_mm
-from vision.geometry.turned_region import Picture, Region, RegionSampler, picture_region, resampled_region
-from vision.light import decoding_table
-from vision.pictures import check_picture
+from vision.geometry.turned_region import Region, RegionSampler, picture_region, resampled_region
+from vision.light_planes import Decoder
 from vision.reasons import Reason
+from vision.sent_picture import Codes, SentPicture
+from vision.sizing.checked_pictures import checked_pair
 from vision.sizing.limits import (
     CLIPPED_FEW_SHARE,
     CLIPPED_MOST_SHARE,
@@ -106,7 +107,7 @@ class VirtualBoardGauge:
         self.corrections = corrections
         self._edges: EdgeMethod = edges
         self._fusion: Fusion = fusion
-        self._decode = decoding_table(rig.response)
+        self._decoder = Decoder(rig.response)
         self._boards = VirtualBoards.of_rig(rig)
         self._step_mm = min(pixel_size_mm(camera) for camera in (rig.left, rig.right))
         self._grids = [RegionGrid(camera, rig.region_y_mm) for camera in (rig.left, rig.right)]
@@ -115,13 +116,13 @@ class VirtualBoardGauge:
         self._loop = HeightLoop()
         self._uncorrupted_area = math.nan
 
-    def measure(self, left: Picture, right: Picture) -> VirtualBoardReading:
+    def measure(self, left: SentPicture | Codes, right: SentPicture | Codes) -> VirtualBoardReading:
         """Diameter of the bar in one pair of pictures.
 
         Parameters
         ----------
-        left, right : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
-            Raw pictures, grey or blue-green-red.
+        left, right : Picture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
+            As they were sent; code values alone are grey or blue-green-red, all their bits used.
 
         Returns
         -------
@@ -132,26 +133,28 @@ class VirtualBoardGauge:
         Raises
         ------
         ValueError
-            A picture is not 8 bit, not grey or three-channel, or not of the size that the rig was calibrated for.
+            A picture is not of 8 or 16 bit, not grey or three-channel, or not of the size that the rig was calibrated
+            for.
         """
-        for name, image, camera in (("left", left, self.rig.left), ("right", right, self.rig.right)):
-            check_picture(name, image, camera.image_size)
-        found = [grid.bars(image, self._decode) for grid, image in zip(self._grids, (left, right), strict=True)]
+        pictures = checked_pair(self.rig, left, right)
+        found = [grid.bars(one.shown, self._decoder.shown) for grid, one in zip(self._grids, pictures, strict=True)]
         count = [len(outlines) for outlines in found]
         if min(count) == 1 == max(count):
-            return self.measure_bar(left, right, (found[0][0], found[1][0]))
+            return self.measure_bar(*pictures, (found[0][0], found[1][0]))
         missing = Reason.ONE_CAMERA if max(count) else Reason.NO_BAR
         return VirtualBoardReading(reasons=(Reason.SEVERAL_BARS if max(count) > 1 else missing) | self._held())
 
     def _held(self) -> Reason:
         return Reason.BOARD_HELD if math.isfinite(self._loop.height_mm) else Reason.NONE
 
-    def measure_bar(self, left: Picture, right: Picture, outlines: tuple[Outline, Outline]) -> VirtualBoardReading:
+    def measure_bar(
+        self, left: SentPicture, right: SentPicture, outlines: tuple[Outline, Outline]
+    ) -> VirtualBoardReading:
         """Diameter of a bar that was found already.
 
         Parameters
         ----------
-        left, right : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        left, right : Picture
         outlines : tuple of two Outline
             Where it is in each view, roughly; see `RegionGrid.bars`.
 
@@ -185,7 +188,9 @@ class VirtualBoardGauge:
         picture = fuse(alignment.left.picture, alignment.right_on_left(height_mm), method, executor=self._pool)
         return resampled_region(picture, alignment.left)
 
-    def _regions(self, images: tuple[Picture, Picture], outlines: tuple[Outline, Outline]) -> tuple[Region, Region]:
+    def _regions(
+        self, images: tuple[SentPicture, SentPicture], outlines: tuple[Outline, Outline]
+    ) -> tuple[Region, Region]:
         if not self.corrections.turned_rows:
             cameras = (self.rig.left, self.rig.right)
             left, right = map(picture_region, cameras, images, [self.rig.region_y_mm] * 2)
@@ -205,8 +210,8 @@ class VirtualBoardGauge:
         if not self.corrections.robust_lines:
             return edges_by_windows(region, PRINTED_WINDOW_ROWS, self._edges)
         rough = [_in_region(line, region, self.rig.region_y_mm) for line in (outline.left, outline.right)]
-        decode = self._decode if self.corrections.half_level else None
-        return edges_by_lines(region, (rough[0], rough[1]), WINDOW_ROWS, self._edges, decode)
+        decoder = self._decoder if self.corrections.half_level else None
+        return edges_by_lines(region, (rough[0], rough[1]), WINDOW_ROWS, self._edges, decoder)
 
     def _height(self, alignment: Alignment, left: BarOutline, right: BarOutline) -> Height:
         def evaluate(height_mm: float) -> Quality:

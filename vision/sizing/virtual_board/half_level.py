@@ -5,11 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.compression import compression_shift_px
 from vision.edges.subpixel import Crossings, edge_blur_px, edge_shading, half_level_crossing
+from vision.edges.symmetric_plane import settled
 from vision.geometry.robust_constants import SIGMA_PER_MAD
 from vision.geometry.robust_line import robust_line
 from vision.geometry.turned_region import Region
-from vision.light import CLIPPED_CODE
+from vision.light_planes import Decoder, LightPlane
 from vision.sizing.limits import CLIPPED_FEW_SHARE, FIRST_BLUR_PX
 
 Array = NDArray[np.float64]
@@ -25,6 +27,7 @@ LEAST_STEP_SHARE = 0.1
 LEAST_GATE_PX = 0.3  # chosen: points within 0.3 px of the line are kept, however little the others scatter
 GATE_SIGMAS = 3  # chosen: points further from the line than 3 robust standard deviations are left out
 LEAST_ROWS = 20  # chosen: with an edge in fewer rows there is no limb
+BRIGHTEST_PERCENT = 90.0  # chosen: a channel clips if a tenth of the bar's rows do
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -119,13 +122,13 @@ class HalfLevel:
     region : Region
     side : int
         -1 for the edge at smaller columns, +1 for the other.
-    decode : ndarray of float32, shape (256,)
-        Light of every code value.
+    decoder : Decoder
+        Of the camera's code values.
     """
 
     region: Region
     side: int
-    decode: NDArray[np.float32]
+    decoder: Decoder
 
     def locate(self, line: Array, edges: ThinEdges) -> LimbRows:
         """Edge of each row, from the brightest channel that is not overexposed along the edge.
@@ -141,29 +144,36 @@ class HalfLevel:
         LimbRows
         """
         tried: list[LimbRows] = []
-        for channel in np.argsort(-self._brightness(line)):
-            tried.append(self._in_channel(int(channel), line, edges))
+        levels = self._level(line, -1), self._level(line, 1), self._level(line, 1, BRIGHTEST_PERCENT)
+        few = edges.rows[:: SPARSE_ROW_STEP**2]
+        planes = self.decoder.planes(self.region.raw.coding, *levels)
+        for plane in settled(planes, lambda plane: self._profiles(plane, line, few)[0], OFFSETS_PX):
+            tried.append(self._in_plane(plane, line, edges))
             if tried[-1].clipped_share <= CLIPPED_FEW_SHARE:
                 break
         return min(tried, key=lambda limb: limb.clipped_share)
 
-    def _in_channel(self, channel: int, line: Array, edges: ThinEdges) -> LimbRows:
+    def _in_plane(self, plane: LightPlane, line: Array, edges: ThinEdges) -> LimbRows:
         """Two passes: the outermost rise of light finds the line; half level is taken around it."""
         sparse = edges.rows
         sparse = sparse[sparse % SPARSE_ROW_STEP == 0] if len(sparse) > 3 * SPARSE_ROW_STEP * LEAST_ROWS else sparse
-        profile, middle = self._profiles(channel, line, sparse)
+        profile, middle = self._profiles(plane, line, sparse)
         place = half_level_crossing(profile, OFFSETS_PX, FIRST_BLUR_PX).place_px
         better, blur_px = line_of(sparse, middle - self.side * place), _blur_px(profile, place)
         if better is None or blur_px is None:
             return LimbRows.nothing(edges.area)
         at = np.flatnonzero(np.isfinite(edges.near(better)))
-        profile, middle = self._profiles(channel, better, at)
+        profile, middle = self._profiles(plane, better, at)
         crossings = _shaded_crossings(profile, at, blur_px)
-        return self._limb(crossings, at, middle, edges)
+        inwards_px, _ = compression_shift_px(
+            self.region.raw.coding, self.decoder.response, (crossings.dark, crossings.bright), blur_px
+        )
+        middle += self.side * inwards_px
+        return self._limb(crossings, at, middle, edges, plane.clipped_light)
 
-    def _limb(self, crossings: Crossings, at: Index, middle: Array, edges: ThinEdges) -> LimbRows:
+    def _limb(self, crossings: Crossings, at: Index, middle: Array, edges: ThinEdges, clipped_light: float) -> LimbRows:
         there = _steps(crossings)
-        clipped = there & (crossings.bright >= self.decode[CLIPPED_CODE])
+        clipped = there & (crossings.bright >= clipped_light)
         share = float(np.count_nonzero(clipped) / max(1, np.count_nonzero(there)))
         column = np.full(len(edges.area), np.nan)
         column[at] = np.where(there & ~clipped, middle - self.side * crossings.place_px, np.nan)
@@ -174,19 +184,19 @@ class HalfLevel:
             contrast = float(np.median(crossings.bright[there]) / np.median(crossings.dark[there]))
         return LimbRows(_on_line(column, line), edges.area, line, share, contrast)
 
-    def _profiles(self, channel: int, line: Array, rows: Index) -> tuple[Array, Array]:
+    def _profiles(self, plane: LightPlane, line: Array, rows: Index) -> tuple[Array, Array]:
         """Light along rows from the background to the bar, and the columns of the profiles' middles."""
         middle = line[0] * rows + line[1]
-        return self.region.light(rows, middle[:, None] - self.side * OFFSETS_PX, channel, self.decode), middle
+        return self.region.light(rows, middle[:, None] - self.side * OFFSETS_PX, plane), middle
 
-    def _brightness(self, line: Array) -> Array:
-        """Median code value of each channel just inside the edge."""
+    def _level(self, line: Array, way: int, percent: float = 50.0) -> Array:
+        """A percentile, else the median, of each channel's code values as shown just inside the edge (1) or outside."""
         rows, columns = self.region.picture.shape[:2]
-        inside = np.rint(line[0] * np.arange(rows) + line[1]).astype(np.int64) - self.side * (
+        inside = np.rint(line[0] * np.arange(rows) + line[1]).astype(np.int64) - way * self.side * (
             PROFILE_HALF_LENGTH_PX - 1
         )
         channels = self.region.picture.reshape(rows, columns, -1)
-        return np.median(channels[np.arange(rows), np.clip(inside, 0, columns - 1)], axis=0)
+        return np.percentile(channels[np.arange(rows), np.clip(inside, 0, columns - 1)], percent, axis=0)
 
 
 def _shaded_crossings(profile: Array, at: Index, blur_px: float) -> Crossings:

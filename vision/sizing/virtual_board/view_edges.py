@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from vision.alignment.quality import BarOutline
 from vision.edges.operators import EdgeMethod
 from vision.geometry.turned_region import Picture, Region
+from vision.light_planes import Decoder
 from vision.sizing.limits import LIMB_SIDES
 from vision.sizing.virtual_board.boundaries_of_interest import Boundaries, boundaries_of_interest, hot_mask
 from vision.sizing.virtual_board.half_level import LEAST_ROWS, LINE_DISTANCE_PX, HalfLevel, LimbRows, ThinEdges, line_of
@@ -105,7 +106,7 @@ def edges_by_lines(
     rough: tuple[Array, Array],
     window_rows: int,
     method: EdgeMethod,
-    decode: NDArray[np.float32] | None,
+    decoder: Decoder | None,
 ) -> ViewEdges:
     """Edges by strips along the bar's outline, held against one robust line for each.
 
@@ -118,8 +119,8 @@ def edges_by_lines(
         H.
     method : str
         Edge detector.
-    decode : ndarray of float32, shape (256,), or None
-        Light of every code value: points move to half level in linear light. None: they stay at the edge detector's
+    decoder : Decoder or None
+        Of the camera's code values: points move to half level in linear light. None: they stay at the edge detector's
         ridge.
 
     Returns
@@ -128,7 +129,7 @@ def edges_by_lines(
     """
     hot = _hot_rows(region.picture, rough)
     limbs = [
-        _limb(region, _thin_edges(region.picture, line, hot, method), line, side, decode)
+        _limb(region, _thin_edges(region.picture, line, hot, method), line, side, decoder)
         for line, side in zip(rough, LIMB_SIDES, strict=True)
     ]
     windows = region.picture.shape[0] // window_rows
@@ -152,13 +153,13 @@ def _outline_of_lines(lines: list[Array | None], rows: int) -> BarOutline | None
     return BarOutline(*chains) if len(chains) == len(lines) else None
 
 
-def _limb(region: Region, edges: ThinEdges, rough: Array, side: int, decode: NDArray[np.float32] | None) -> LimbRows:
+def _limb(region: Region, edges: ThinEdges, rough: Array, side: int, decoder: Decoder | None) -> LimbRows:
     line = _line(edges, rough)
     if line is None:
         return LimbRows.nothing(edges.area)
-    if decode is None:
+    if decoder is None:
         return LimbRows(edges.near(line), edges.area, line)
-    return HalfLevel(region, side, decode).locate(line, edges)
+    return HalfLevel(region, side, decoder).locate(line, edges)
 
 
 def _thin_edges(picture: Picture, rough: Array, hot: NDArray[np.bool_], method: EdgeMethod) -> ThinEdges:

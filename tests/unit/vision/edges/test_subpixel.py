@@ -6,6 +6,7 @@ from scipy.stats import norm
 
 from vision.edges.profiles import sample_profiles
 from vision.edges.subpixel import edge_blur_px, edge_shading, even_profiles, fitted_edges, half_level_crossing
+from vision.light_planes import LightPlane
 
 OFFSETS = np.arange(-9.0, 9.25, 0.25)
 
@@ -93,9 +94,9 @@ def test_patches_on_the_bar_do_not_count_as_shading():
 def test_profiles_are_sampled_along_the_normal_and_empty_outside():
     y, x = np.mgrid[0:20, 0:30]
     picture = np.stack([np.zeros_like(x), x + 5 * y], axis=-1).astype(np.uint8)
-    decode = np.arange(256, dtype=np.float32)
+    plane = LightPlane(1, np.arange(256, dtype=np.float32)[None], np.ones(1, np.float32), 250.0)
     normal = np.array([[0.6, 0.8]])
-    values = sample_profiles(picture, 1, decode, np.array([[10.0, 8.0]]), normal, np.array([-1.0, 0.0, 2.0, 50.0]))
+    values = sample_profiles(picture, plane, np.array([[10.0, 8.0]]), normal, np.array([-1.0, 0.0, 2.0, 50.0]))
     np.testing.assert_allclose(values[0, :3], [9.4 + 36, 10 + 40, 11.2 + 48])
     assert np.isnan(values[0, 3])
 

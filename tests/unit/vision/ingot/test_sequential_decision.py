@@ -25,7 +25,7 @@ def lying(log_odds, frames, start=240.0, step=2.0):
 
 def told(readings, rule=None, end=True):
     follower = IngotFollower(rule)
-    decisions = [decision for frame, reading in enumerate(readings) for decision in follower.take(frame, reading)]
+    decisions = [decision for frame, reading in enumerate(readings) for decision in follower.add(frame, reading)]
     return decisions + (follower.end() if end else [])
 
 
@@ -93,15 +93,15 @@ def test_a_few_missed_pictures_do_not_part_an_ingot():
 def test_an_ingot_is_told_once_and_stays_as_decided():
     follower = IngotFollower()
     for frame, reading in enumerate(lying(10.0, 6)):
-        follower.take(frame, reading)
+        follower.add(frame, reading)
     assert follower.current.orientation == "top"
     later = [
-        one for frame, reading in enumerate(lying(-10.0, 30, start=254)) for one in follower.take(6 + frame, reading)
+        one for frame, reading in enumerate(lying(-10.0, 30, start=254)) for one in follower.add(6 + frame, reading)
     ]
     assert later == []
     assert follower.current.orientation == "top"
     for frame in range(5):
-        follower.take(40 + frame, NOTHING)
+        follower.add(40 + frame, NOTHING)
     assert follower.current is None
 
 

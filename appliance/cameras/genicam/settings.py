@@ -1,0 +1,104 @@
+"""Settings of GenICam cameras: as a pair, and one alone."""
+
+import contextlib
+from collections.abc import Generator
+from typing import TYPE_CHECKING, Literal
+
+from pydantic import Field
+
+from appliance.cameras.section import PairCamera, PictureCamera
+from appliance.settings.section import Section, unit
+
+if TYPE_CHECKING:
+    from appliance.cameras.source import PairSource, PictureSource
+
+PixelFormat = Literal[
+    "Mono8", "Mono10", "Mono12", "Mono16",
+    "BayerRG8", "BayerGR8", "BayerGB8", "BayerBG8",
+    "BayerRG10", "BayerGR10", "BayerGB10", "BayerBG10",
+    "BayerRG12", "BayerGR12", "BayerGB12", "BayerBG12",
+    "BayerRG16", "BayerGR16", "BayerGB16", "BayerBG16",
+]  # fmt: skip
+"""Formats whose code values are the sensor's own (GenICam PFNC), one to a pixel, not packed."""
+
+
+class GenicamSection(Section):
+    """What is fixed for every camera."""
+
+    pixel_format: PixelFormat = Field(default="Mono8", description="Format of the pictures, as the sensor takes them")
+    rate_hz: float = Field(
+        default=10.0, gt=0, le=500, description="Exposures per second without a trigger", json_schema_extra=unit("1/s")
+    )
+    exposure_us: float = Field(default=500.0, ge=1, le=33000, description="Exposure time", json_schema_extra=unit("µs"))
+    gain_db: float = Field(default=0.0, ge=0, le=48, description="Gain", json_schema_extra=unit("dB"))
+    black_level: float | None = Field(
+        default=None, ge=0, le=4096, description="Code value of darkness; without it the camera's own stays"
+    )
+    region: tuple[int, int, int, int] | None = Field(
+        default=None, strict=False, description="Part of the sensor that is sent; without it the whole"
+    )
+    trigger: str = Field(
+        default="", description="Input that fires each exposure, such as Line0; empty: the camera runs freely"
+    )
+    delay_ms: float = Field(
+        default=10.0,
+        ge=0,
+        le=2000,
+        description="Time from exposure to the arrival of a picture that did not wait; it counts to a reading's age",
+        json_schema_extra=unit("ms"),
+    )
+
+
+class GenicamCamera(PairCamera, GenicamSection):
+    """GenICam cameras."""
+
+    kind: Literal["genicam"] = Field(description="GigE Vision or USB3 Vision cameras, through Aravis")
+    left: str = Field(description="Serial number of the left camera")
+    right: str = Field(description="Serial number of the right camera")
+    common_clock: bool = Field(
+        default=False,
+        description="Whether both cameras' clocks are kept in step (PTP), so that their time stamps make the pairs",
+    )
+
+    @property
+    def in_words(self) -> str:
+        """GenICam cameras."""
+        return "GenICam cameras"
+
+    def make_source(self, in_step_us: float, /) -> "PairSource":
+        """Image pairs of two cameras; see `PairCamera.make_source`."""
+        with _aravis():
+            from appliance.cameras.genicam.source import GenicamSource
+        return GenicamSource(self, in_step_us)
+
+
+class GenicamPictures(PictureCamera, GenicamSection):
+    """A GenICam camera."""
+
+    kind: Literal["genicam"] = Field(description="A GigE Vision or USB3 Vision camera, through Aravis")
+    serial: str = Field(description="Serial number of the camera")
+
+    @property
+    def in_words(self) -> str:
+        """One GenICam camera."""
+        return "a GenICam camera"
+
+    def make_source(self) -> "PictureSource":
+        """Pictures of one camera; see `PictureCamera.make_source`."""
+        with _aravis():
+            from appliance.cameras.genicam.source import GenicamPictureSource
+        return GenicamPictureSource(self)
+
+
+@contextlib.contextmanager
+def _aravis() -> Generator[None]:
+    """Turn a failed import of the extra library into a `CameraError` that says how to install it."""
+    from appliance.cameras.source import CameraError
+
+    try:
+        yield
+    except (ImportError, ValueError) as error:  # PyGObject is missing, or Aravis' description is
+        raise CameraError(
+            "Aravis is not installed; install it with: apt-get install gir1.2-aravis-0.8 libgirepository1.0-dev "
+            "libcairo2-dev, then pip install 'hotgauge[genicam]'"
+        ) from error

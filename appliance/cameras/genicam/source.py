@@ -1,0 +1,124 @@
+"""Image pairs and pictures of GenICam cameras."""
+
+import contextlib
+import time
+from dataclasses import replace
+from typing import Self
+
+from appliance.cameras.genicam.device import Device
+from appliance.cameras.genicam.settings import GenicamCamera, GenicamPictures
+from appliance.cameras.pacing import utc_ms
+from appliance.cameras.pairing import Pairing
+from appliance.cameras.source import Frame, FramePair
+
+
+class GenicamSource:
+    """Image pairs of two cameras; see `PairSource`.
+
+    Parameters
+    ----------
+    settings : GenicamCamera
+    in_step_us : float
+        Longest time between two exposures of one pair.
+    """
+
+    simulated = False
+
+    def __init__(self, settings: GenicamCamera, in_step_us: float) -> None:
+        self._settings = settings
+        self._in_step_s = in_step_us / 1e6
+
+    def __enter__(self) -> Self:
+        """Open and start both cameras; raises `CameraError`."""
+        with contextlib.ExitStack() as opened:
+            self._devices: list[Device] = []
+            for serial in (self._settings.left, self._settings.right):
+                self._devices.append(Device(serial, self._settings))
+                opened.callback(self._devices[-1].close)
+            self._close = opened.pop_all()
+        self._pairing = Pairing(self._in_step_s, same_sequence=False)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Stop both cameras."""
+        self._close.close()
+
+    def next(self, timeout_s: float) -> FramePair | None:
+        """Newest pair; None when none came in time, `CameraError` when a camera is lost."""
+        until_s = time.monotonic() + timeout_s
+        while (pair := self._newest(until_s)) is None:
+            if time.monotonic() >= until_s:
+                return None
+        return replace(pair, temperature_c=max(device.temperature_c() for device in self._devices))
+
+    def set_exposure(self, exposure_us: float) -> None:
+        """Have the next pictures exposed for another time."""
+        for device in self._devices:
+            device.set_exposure(exposure_us)
+
+    def _newest(self, until_s: float) -> FramePair | None:
+        """Wait for a picture of the camera that is behind, then take all that have come."""
+        self._add(self._pairing.behind, max(until_s - time.monotonic(), 0.001))
+        for side in (0, 1):
+            while self._add(side, 0.0):
+                pass
+        return self._pairing.newest_pair()
+
+    def _add(self, side: int, wait_s: float) -> bool:
+        exposure = self._devices[side].take(wait_s)
+        if exposure is None:
+            return False
+        if not self._settings.common_clock:  # the devices' own stamps cannot be compared
+            exposure = exposure._replace(device_us=round(1e6 * exposure.exposed_monotonic_s))
+        self._pairing.add(side, exposure)
+        return True
+
+
+class GenicamPictureSource:
+    """Pictures of one camera; see `PictureSource`.
+
+    Parameters
+    ----------
+    settings : GenicamPictures
+    """
+
+    simulated = False
+
+    def __init__(self, settings: GenicamPictures) -> None:
+        self._settings = settings
+
+    def __enter__(self) -> Self:
+        """Open and start the camera; raises `CameraError`."""
+        self._device = Device(self._settings.serial, self._settings)
+        self._first: int | None = None
+        self._delivered = 0
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Stop the camera."""
+        self._device.close()
+
+    def next(self, timeout_s: float) -> Frame | None:
+        """Newest picture; None when none came in time, `CameraError` when the camera is lost."""
+        newest = self._device.take(timeout_s)
+        while (later := self._device.take(0.0)) is not None:
+            newest = later
+        if newest is None:
+            return None
+        self._first = newest.sequence if self._first is None else self._first
+        number = newest.sequence - self._first
+        self._delivered += 1
+        return Frame(
+            newest.picture.shown,
+            sequence=number,
+            exposed_monotonic_s=newest.exposed_monotonic_s,
+            exposed_utc_ms=utc_ms(newest.exposed_monotonic_s),
+            exposure_us=newest.exposure_us,
+            dropped=number + 1 - self._delivered,
+            device_us=newest.device_us,
+            temperature_c=self._device.temperature_c(),
+        )
+
+    def set_exposure(self, exposure_us: float) -> None:
+        """Have the next pictures exposed for another time."""
+        self._device.set_exposure(exposure_us)

@@ -1,0 +1,128 @@
+"""Video files by their planes: luma is measured as it was sent, whatever colours are made of it for people."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import av
+import numpy as np
+from av.error import FFmpegError
+from numpy.typing import NDArray
+
+from appliance.cameras.source import CameraError
+from vision.sent_picture import LUMA_601, LUMA_709, Codes, Coding, SentPicture, sent_picture
+
+FULL_RANGE = 2  # AVCOL_RANGE_JPEG
+BT_709 = 1  # ITU-T H.273, matrix coefficients
+UNSPECIFIED = 2
+HD_ROWS = 720  # what is not specified is BT.709 from here on, as players take it
+RATE_HZ = 25.0  # of a file that does not say its own
+
+
+class VideoFile:
+    """Frames of a video file in their order; they are counted by decoding, because containers' stamps mislead.
+
+    Parameters
+    ----------
+    path : Path
+
+    Attributes
+    ----------
+    announced : int
+        Number of frames as the header has it, or as its duration and rate give it.
+
+    Raises
+    ------
+    CameraError
+        The file cannot be opened, or holds no video.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self._open()
+        stream = self._container.streams.video[0]
+        duration_s = float(self._container.duration or 0) / av.time_base
+        self.announced = int(stream.frames or round(duration_s * float(stream.average_rate or RATE_HZ)))
+
+    def read(self, position: int) -> SentPicture | None:
+        """SentPicture at a position from 0; None after the end.
+
+        Raises
+        ------
+        CameraError
+            It cannot be decoded.
+        """
+        if position < self._position:
+            self.close()
+            self._open()
+        try:
+            while self._position < position:
+                next(self._frames)
+                self._position += 1
+            frame = next(self._frames)
+        except StopIteration:
+            return None
+        except FFmpegError as error:
+            sentence = f"{self.path}: frame {position} cannot be decoded; copy or record the video again"
+            raise CameraError(sentence) from error
+        self._position += 1
+        return picture_of_frame(frame)
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._container.close()
+
+    def _open(self) -> None:
+        try:
+            self._container = av.open(str(self.path))
+            stream = self._container.streams.video[0]
+        except (FFmpegError, IndexError) as error:
+            sentence = f"{self.path}: cannot be opened as a video; copy or record it again"
+            raise CameraError(sentence) from error
+        stream.thread_type = "AUTO"
+        self._frames: Iterator[av.VideoFrame] = self._container.decode(stream)
+        self._position = 0
+
+
+def picture_of_frame(frame: av.VideoFrame) -> SentPicture:
+    """SentPicture of a decoded frame: of luma and colour differences luma is measured, else what the frame holds.
+
+    Parameters
+    ----------
+    frame : av.VideoFrame
+        Of any pixel format; range and matrix as its stream states them, else limited range, and BT.709 from 720 rows.
+    """
+    layout = frame.format
+    whole = all(part.width == frame.width and part.height == frame.height for part in layout.components)
+    bits = layout.components[0].bits
+    if layout.is_rgb or (whole and len(layout.components) == 3 and bits == 8):
+        return sent_picture(_converted(frame, "bgr24"), Coding("colour", compression="video"))
+    grey = len(layout.components) < 3
+    coding = Coding(
+        samples="grey" if grey else "luma",
+        bits=bits,
+        full_range=layout.name.startswith("yuvj") or grey or frame.color_range == FULL_RANGE,
+        luma_weights=_luma_weights(frame),
+        compression="video",
+    )
+    return sent_picture(_luma(frame, bits), coding, None if grey else _converted(frame, "bgr24"))
+
+
+def _luma_weights(frame: av.VideoFrame) -> tuple[float, float]:
+    matrix = int(frame.colorspace)
+    if matrix == UNSPECIFIED:
+        return LUMA_709 if frame.height >= HD_ROWS else LUMA_601
+    return LUMA_709 if matrix == BT_709 else LUMA_601
+
+
+def _luma(frame: av.VideoFrame, bits: int) -> Codes:
+    """First plane, without the padding of its lines."""
+    plane = frame.planes[0]
+    kind = np.dtype(np.uint8) if bits == 8 else np.dtype("<u2")
+    lines: Codes = np.frombuffer(bytes(plane), kind).reshape(plane.height, plane.line_size // kind.itemsize)
+    return np.ascontiguousarray(lines[:, : frame.width])
+
+
+def _converted(frame: av.VideoFrame, layout: str) -> NDArray[np.uint8]:
+    image: NDArray[Any] = frame.to_ndarray(format=layout)
+    return np.asarray(image, np.uint8)

@@ -1,0 +1,48 @@
+"""Refuses output files that would destroy what a command reads."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from appliance.command_options import CommandError
+
+INPUT_NAMES = frozenset(
+    {"board.json", "roi.json", "timestamps.csv", "truth.csv", "truth.json", "truth_rig.json", "top.png", "bottom.png"}
+)
+INPUT_SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".mp4", ".mkv", ".avi", ".mov"})
+ROW_SUFFIXES = frozenset({"", ".csv", ".jsonl", ".json", ".ndjson", ".txt"})
+
+
+def refuse_lost_input(output: Path, inputs: Iterable[Path | None]) -> None:
+    """Raise `CommandError` if writing an output would replace an input.
+
+    Parameters
+    ----------
+    output : Path
+        File to write.
+    inputs : iterable of Path or None
+        Files and folders that the command reads; None for one that was not given. In a folder, pictures, videos and the
+        files of a recording or a rig folder are inputs, and other files are not.
+
+    Raises
+    ------
+    CommandError
+        Output and input are the same file, or the output is an input inside one of the folders.
+    """
+    place = output.resolve()
+    for given in inputs:
+        if given is None or not place.exists():
+            continue
+        read = given.resolve()
+        is_inside = read.is_dir() and place.is_relative_to(read) and _is_input(place)
+        if place == read or is_inside or (read.is_file() and place.samefile(read)):
+            raise CommandError(f"--output: {output} is read by this command and would be lost; give another file")
+
+
+def refuse_other_formats(output: Path) -> None:
+    """Raise `CommandError` for a name that promises neither CSV nor JSON lines."""
+    if output.suffix.lower() not in ROW_SUFFIXES or output.name == "-":
+        raise CommandError(f"--output: {output} is neither CSV nor JSON lines; let its name end in .csv or .jsonl")
+
+
+def _is_input(place: Path) -> bool:
+    return place.name in INPUT_NAMES or place.suffix.lower() in INPUT_SUFFIXES

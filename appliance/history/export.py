@@ -1,0 +1,138 @@
+"""Writes a table of the history as CSV or Parquet, in units and words.
+
+Each time is two columns: `..._utc` and `..._local`, the latter in this computer's time zone with its offset.
+"""
+
+import csv
+import importlib
+from collections.abc import Iterable, Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from appliance.errors import HotgaugeError
+from appliance.files.atomic_file import whole_file, whole_place
+from appliance.history.tables import Column, Table, Value
+from plc.codes import Decision
+from vision.reasons import Reason
+
+ROWS_IN_A_GROUP = 50_000  # of a Parquet file: what is held in memory at once
+
+
+class ParquetMissingError(HotgaugeError):
+    """The library that writes Parquet is not installed; the message says what to do."""
+
+
+Exported = dict[str, Any]  # datetime, str, int, float, bool or None, as `column_kinds` says
+
+
+def column_kinds(table: Table) -> dict[str, str]:
+    """Columns of an exported table, and what each holds: `utc`, `text`, `integer`, `number` or `truth`."""
+    kinds: dict[str, str] = {}
+    for column in table.columns:
+        if column.kind == "time":
+            name = column.name.removesuffix("_utc_ms")
+            kinds |= {f"{name}_utc": "utc", f"{name}_local": "text"}
+        else:
+            kinds[column.name] = "text" if column.kind in {"decision", "reasons"} else column.kind
+    return kinds
+
+
+def exported(table: Table, row: dict[str, Value]) -> Exported:
+    """A row of the history in units and words."""
+    values: Exported = {}
+    for column in table.columns:
+        value = row[column.name]
+        if column.kind == "time":
+            values |= _times(column.name.removesuffix("_utc_ms"), value)
+        else:
+            values[column.name] = None if value is None else _in_words(column, value)
+    return values
+
+
+def write_csv(table: Table, rows: Iterable[dict[str, Value]], output: Path) -> int:
+    """Write a CSV file; how many rows it has. Raises `OSError`.
+
+    Parameters
+    ----------
+    table : Table
+    rows : iterable of dict
+        As the history has them.
+    output : Path
+    """
+    written = 0
+    with whole_file(output) as file:
+        writer = csv.DictWriter(file, column_kinds(table))
+        writer.writeheader()
+        for row in rows:
+            writer.writerow({name: _as_text(value) for name, value in exported(table, row).items()})
+            written += 1
+    return written
+
+
+def write_parquet(table: Table, rows: Iterable[dict[str, Value]], output: Path) -> int:
+    """Write a Parquet file; how many rows it has. Raises `OSError`.
+
+    Parameters
+    ----------
+    table : Table
+    rows : iterable of dict
+        As the history has them.
+    output : Path
+
+    Raises
+    ------
+    ParquetMissingError
+    """
+    try:  # here and not at the top: a quarter of a second that only Parquet is worth
+        pa: Any = importlib.import_module("pyarrow")
+        pq: Any = importlib.import_module("pyarrow.parquet")
+    except ImportError as error:
+        words = "Parquet needs pyarrow, which is not installed; pip install 'hotgauge[parquet]', or write CSV"
+        raise ParquetMissingError(f"{output}: {words}") from error
+    types: dict[str, Any] = {
+        "utc": pa.timestamp("ms", tz="UTC"),
+        "text": pa.string(),
+        "integer": pa.int64(),
+        "number": pa.float64(),
+        "truth": pa.bool_(),
+    }
+    schema = pa.schema([(name, types[kind]) for name, kind in column_kinds(table).items()])
+    written = 0
+    with whole_place(output) as place, pq.ParquetWriter(place, schema) as writer:
+        for group in _groups(table, rows):
+            writer.write_table(pa.Table.from_pylist(group, schema=schema))
+            written += len(group)
+    return written
+
+
+def _groups(table: Table, rows: Iterable[dict[str, Value]]) -> Iterator[list[Exported]]:
+    group: list[Exported] = []
+    for row in rows:
+        group.append(exported(table, row))
+        if len(group) == ROWS_IN_A_GROUP:
+            yield group
+            group = []
+    if group:
+        yield group
+
+
+def _times(name: str, utc_ms: Value) -> Exported:
+    if utc_ms is None:
+        return {f"{name}_utc": None, f"{name}_local": None}
+    when = datetime.fromtimestamp(float(utc_ms) / 1000, tz=UTC)
+    return {f"{name}_utc": when, f"{name}_local": when.astimezone().isoformat(timespec="milliseconds")}
+
+
+def _in_words(column: Column, value: float | str) -> float | str | bool:
+    if column.kind == "decision":
+        return Decision(int(value)).text
+    if column.kind == "reasons":
+        return ";".join(Reason(int(value)).names)
+    return bool(value) if column.kind == "truth" else value
+
+
+def _as_text(value: datetime | str | float | None) -> object:
+    if isinstance(value, datetime):
+        return value.isoformat(timespec="milliseconds").replace("+00:00", "Z")
+    return str(value).lower() if isinstance(value, bool) else value

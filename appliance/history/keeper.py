@@ -1,0 +1,87 @@
+"""The history of a running appliance: its rows, its thread, its faults. Without a directory nothing is kept."""
+
+import asyncio
+import importlib.metadata
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from appliance.conformity.plc_inputs import PlcInputs
+from appliance.diagnostics.alarms import Alarms
+from appliance.diagnostics.faults import Faults
+from appliance.history.recorder import Recorder
+from appliance.history.settings import HistorySettings
+from appliance.history.tables import Row
+from appliance.history.writer import HistoryWriter
+
+
+class HistoryKeeper:
+    """Keeps the history while the appliance runs.
+
+    Parameters
+    ----------
+    settings : HistorySettings
+    inputs : PlcInputs
+        What the PLC has written.
+    scale_file : callable
+        Gives the file that makes millimetres of pixels now; None where there is none.
+    trust_min : float
+        Mean trust below which a bar is undecided.
+    wall : callable
+        Wall time, seconds since 1970.
+
+    Attributes
+    ----------
+    recorder : Recorder
+        Gets what is to be kept.
+    """
+
+    def __init__(
+        self,
+        settings: HistorySettings,
+        inputs: PlcInputs,
+        scale_file: Callable[[], Path | None],
+        *,
+        trust_min: float,
+        wall: Callable[[], float] = time.time,
+    ) -> None:
+        run_utc_ms = round(1000 * wall())
+        self._writer: HistoryWriter | None = None
+        if settings.directory is not None:
+            version = importlib.metadata.version("hotgauge")
+            self._writer = HistoryWriter(settings.directory, settings, run_utc_ms, version=version, wall=wall)
+        put = _discard if self._writer is None else self._writer.put
+        self.recorder = Recorder(put, run_utc_ms, settings, inputs, trust_min=trust_min, wall=wall)
+        self._scale_file = scale_file
+
+    async def keep(self) -> None:
+        """Write until cancelled."""
+        if self._writer is not None:
+            self._writer.start()
+        await self.recorder.watch_calibration(self._scale_file)
+
+    def update(self, faults: Faults, alarms: Alarms) -> None:
+        """Keep what has changed in faults and alarms since the last call, and tell of trouble with the disk.
+
+        Parameters
+        ----------
+        faults : Faults
+            Also gets the history's own.
+        alarms : Alarms
+        """
+        if self._writer is not None:
+            trouble, damage = self._writer.trouble, self._writer.damage
+            faults.report("history_not_written", active=bool(trouble), detail=trouble)
+            faults.report("history_damaged", active=bool(damage), detail=damage)
+        self.recorder.update_faults(faults.details)
+        self.recorder.update_alarms(alarms.active, alarms.unacknowledged)
+
+    async def stop(self) -> None:
+        """Write what is left; a disk that does not answer is given up after a while."""
+        self.recorder.end_bar()
+        if self._writer is not None:
+            await asyncio.to_thread(self._writer.stop)
+
+
+def _discard(_: Row) -> None:
+    """Keep nothing."""

@@ -1,0 +1,232 @@
+"""Makes rows of the history out of what the supervisor publishes; keeps no disk waiting and none that waits.
+
+It is called by the loop that serves the PLC, so it only compares and hands over.
+"""
+
+import asyncio
+import hashlib
+import math
+import time
+from collections.abc import Callable, Mapping, Set
+from pathlib import Path
+
+from appliance.conformity.plc_inputs import PlcInputs
+from appliance.diagnostics.fault_table import FAULTS
+from appliance.history.bar_record import BarRecord
+from appliance.history.settings import HistorySettings
+from appliance.history.tables import Row, Value
+from appliance.ingot.message import IngotVerdict
+from appliance.sizing.message import ReadingMessage
+from plc.registers import REGISTERS
+from plc.rows import Value as Served
+from vision.reasons import Reason
+
+EMPTY_PERIOD_S = 60.0
+CALIBRATION_PERIOD_S = 60.0
+_FAULTS = {row.name: row for row in FAULTS}
+_REGISTERS = {row.name: row for row in REGISTERS}
+_FROM_READING = (
+    "plane_height_mm", "axis_height_mm", "offset_mm", "u_edge_mm", "u_calibration_mm", "u_board_mm", "u_light_mm",
+    "u_shape_mm", "u_model_mm",
+)  # fmt: skip
+_SERVED = {
+    "diameter_mm": "diameter",
+    "expanded_uncertainty_mm": "expanded_uncertainty",
+    "diameter_cold_mm": "diameter_cold",
+    "expanded_uncertainty_cold_mm": "expanded_uncertainty_cold",
+    "diameter_virtual_board_mm": "diameter_virtual_board",
+    "weighted_deviation_mm": "weighted_deviation",
+    "trust": "trust",
+    "deviation_mm": "deviation",
+    "decision": "decision",
+    "reasons": "reason_word",
+    "windows_kept": "windows_kept",
+    "windows_total": "windows_total",
+    "alignment_quality": "alignment_quality",
+}
+"""Registers of a reading, by the column that keeps each."""
+
+
+class Recorder:
+    """Makes rows of readings, bars, ingots, alarms, faults and writes.
+
+    Parameters
+    ----------
+    put : callable
+        Gets each row; must not wait.
+    run_utc_ms : int
+        Start of this run.
+    settings : HistorySettings
+    inputs : PlcInputs
+        What the PLC has written.
+    trust_min : float
+        Mean trust below which a bar is undecided.
+    wall : callable
+        Wall time, seconds since 1970.
+    """
+
+    def __init__(
+        self,
+        put: Callable[[Row], None],
+        run_utc_ms: int,
+        settings: HistorySettings,
+        inputs: PlcInputs,
+        *,
+        trust_min: float,
+        wall: Callable[[], float] = time.time,
+    ) -> None:
+        self._put_row = put
+        self._run_utc_ms = run_utc_ms
+        self._period_s = settings.reading_period_s
+        self._inputs = inputs
+        self._trust_min = trust_min
+        self._wall = wall
+        self._before: tuple[Served, ...] = ()
+        self._kept_s = -math.inf
+        self._bar: BarRecord | None = None
+        self._faults: dict[tuple[str, str], dict[str, Value]] = {}
+        self._alarms: dict[str, dict[str, Value]] = {}
+        self._unacknowledged: dict[str, dict[str, Value]] = {}
+        self._calibration = ""
+
+    def add_reading(self, message: ReadingMessage, served: Mapping[str, Served]) -> None:
+        """Count a new reading.
+
+        Parameters
+        ----------
+        message : ReadingMessage
+        served : mapping of str to value
+            Values of the registers that belong to it, by name, `bar_sequence` included.
+        """
+        if self._is_kept(message, served):
+            self._put("readings", self._reading(message, served))
+        bar = int(served.get("bar_sequence") or 0)
+        if self._bar is not None and self._bar.bar != bar:
+            self.end_bar()
+        if served.get("measurement_valid"):
+            self._bar = self._bar or BarRecord(bar)
+            self._bar.add(message, served)
+
+    def end_bar(self) -> None:
+        """Keep the bar that was passing, if one was: nothing is seen of it any more."""
+        if self._bar is not None:
+            bar, self._bar = self._bar, None
+            self._put("bars", bar.values(self._inputs.points, self._inputs.product_id, self._trust_min))
+
+    def add_verdict(self, verdict: IngotVerdict, number: int, *, simulated: bool) -> None:
+        """Keep what was decided of an ingot.
+
+        Parameters
+        ----------
+        verdict : IngotVerdict
+        number : int
+            Of the ingot since the start of this run.
+        simulated : bool
+        """
+        values: dict[str, Value] = {"told_utc_ms": verdict.told_utc_ms, "ingot": number}
+        values |= verdict.model_dump(include={"orientation", "confidence", "ssim_top", "ssim_bottom"})
+        self._put("ingots", values | {"product_id": self._inputs.product_id, "simulated": simulated})
+
+    def add_writes(self, changed: Mapping[str, int | bool]) -> None:
+        """Keep what a client has changed; its heartbeat is no news."""
+        for name, number in changed.items():
+            if name != "plc_heartbeat":
+                value = float(number) if isinstance(number, bool) else _REGISTERS[name].to_value(number)
+                self._put("set_point_writes", {"written_utc_ms": self._now_utc_ms(), "name": name, "value": value})
+
+    def update_faults(self, active: Mapping[tuple[str, str], str]) -> None:
+        """Keep what has come and gone since the last call.
+
+        Parameters
+        ----------
+        active : mapping of (str, str) to str
+            Details of the faults that are there now, by name and station.
+        """
+        for key, detail in active.items():
+            if key not in self._faults:
+                row = _FAULTS[key[0]]
+                values: dict[str, Value] = {"came_utc_ms": self._now_utc_ms(), "name": row.name, "station": key[1]}
+                values |= {"code": row.code, "state": int(row.state), "detail": detail or row.text}
+                self._faults[key] = values
+                self._put("faults", values)
+        for key in self._faults.keys() - active.keys():
+            self._put("faults", self._faults.pop(key) | {"gone_utc_ms": self._now_utc_ms()})
+
+    def update_alarms(self, active: Set[str], unacknowledged: Set[str]) -> None:
+        """Keep what has come, gone and been acknowledged since the last call.
+
+        Parameters
+        ----------
+        active : set of str
+            Names of the alarms that are active now.
+        unacknowledged : set of str
+            Names of those that nobody has acknowledged, whether they are still active or not.
+        """
+        for name in active - self._alarms.keys():
+            values: dict[str, Value] = {"came_utc_ms": self._now_utc_ms(), "name": name}
+            values["product_id"] = self._inputs.product_id
+            self._alarms[name] = self._unacknowledged[name] = values
+            self._put("alarms", values)
+        for name in self._alarms.keys() - active:
+            self._change(self._alarms.pop(name), "gone_utc_ms")
+        for name in self._unacknowledged.keys() - unacknowledged:
+            self._change(self._unacknowledged.pop(name), "acknowledged_utc_ms")
+
+    async def watch_calibration(self, scale_file: Callable[[], Path | None]) -> None:
+        """Look at the file that makes millimetres of pixels, again and again, and keep each content once.
+
+        Parameters
+        ----------
+        scale_file : callable
+            Gives the file that is in use now; None where there is none.
+        """
+        while True:
+            file = scale_file()
+            found = "" if file is None else await asyncio.to_thread(_sha256, file)
+            if found and found != self._calibration:
+                self._calibration = found
+                values: dict[str, Value] = {"found_utc_ms": self._now_utc_ms(), "file": str(file), "sha256": found}
+                self._put("calibrations", values)
+            await asyncio.sleep(CALIBRATION_PERIOD_S)
+
+    def _is_kept(self, message: ReadingMessage, served: Mapping[str, Served]) -> bool:
+        names = ("validity", "reason_word", "decision", "bar_sequence")
+        state = tuple(served.get(name) for name in names)
+        changed, self._before = state != self._before, state
+        there = Reason.NO_BAR not in message.reading.reasons
+        due_s = self._kept_s + (self._period_s if there else EMPTY_PERIOD_S)
+        if not changed and message.exposed_monotonic_s < due_s:
+            return False
+        self._kept_s = message.exposed_monotonic_s
+        return True
+
+    def _reading(self, message: ReadingMessage, served: Mapping[str, Served]) -> dict[str, Value]:
+        return {
+            "exposed_utc_ms": message.exposed_utc_ms,
+            "sequence": message.sequence,
+            "bar": int(served.get("bar_sequence") or 0),
+            "valid": bool(served.get("measurement_valid")),
+            **{column: served.get(register) for column, register in _SERVED.items()},
+            **{name: getattr(message.reading, name) for name in _FROM_READING},
+            "elapsed_ms": message.elapsed_ms,
+            "product_id": self._inputs.product_id,
+            "simulated": message.simulated,
+        }
+
+    def _change(self, values: dict[str, Value], name: str) -> None:
+        values[name] = self._now_utc_ms()
+        self._put("alarms", values)
+
+    def _put(self, table: str, values: dict[str, Value]) -> None:
+        self._put_row(Row(table, {**values, "run_utc_ms": self._run_utc_ms}))
+
+    def _now_utc_ms(self) -> int:
+        return round(1000 * self._wall())
+
+
+def _sha256(file: Path) -> str:
+    """SHA-256 of a file; empty if it cannot be read, which is a fault of the station and not of the history."""
+    try:
+        return hashlib.sha256(file.read_bytes()).hexdigest()
+    except OSError:
+        return ""

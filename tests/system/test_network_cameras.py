@@ -1,0 +1,179 @@
+"""The real program with network cameras: it ends cleanly, says little, and never a password."""
+
+import contextlib
+import os
+import re
+import signal
+import socket
+import subprocess
+import threading
+import time
+from pathlib import Path
+
+import pytest
+from network_cameras import rtsp_camera, silent_camera
+from running import HOTGAUGE, Appliance, free_port
+
+from appliance.cameras.simulated.pairs import MillSource
+from appliance.cameras.simulated.rig import mill_rig
+from appliance.sizing.stereo.rig_file import save_rig
+
+SIZE = "800x600"  # of the mill's rig
+LETTERS = "p#a@ss/w:word"
+ROUNDS = 5  # of 50 that were tried; each opens two streams
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("network")
+    save_rig(mill_rig(MillSource(seed=1, rate_hz=0)), folder / "rig.json")
+    (folder / "camera").write_text(f"mill\n{LETTERS}\n")
+    (folder / "camera").chmod(0o600)
+    return folder
+
+
+def settings(folder, address, port):
+    path = folder / f"{port}.toml"
+    path.write_text(
+        f'[plc]\nport = {port}\n[sizing]\nrig = "rig.json"\n[sizing.liveness]\napart_max_us = 50000\n'
+        f'[sizing.camera]\nkind = "stream"\nleft = "{address}"\nright = "{address}"\ncredentials = "camera"\n'
+    )
+    return path
+
+
+def said_by(*words):
+    ended = subprocess.run([HOTGAUGE, *words], capture_output=True, text=True, timeout=90, check=False)
+    return ended.returncode, ended.stdout + ended.stderr
+
+
+class Running:
+    """`hotgauge run`, and every line that it has written."""
+
+    def __init__(self, config, port):
+        self.process = subprocess.Popen(
+            [HOTGAUGE, "run", "--config", config], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+            env=os.environ | {"PYTHONFAULTHANDLER": "1"},
+        )  # fmt: skip
+        self.appliance = Appliance(self.process, port)
+        self.lines = []
+        self.listener = threading.Thread(target=self._listen, daemon=True)
+        self.listener.start()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.process.kill()
+        self.process.wait(10)
+        self.listener.join(10)
+        self.process.stdout.close()
+
+    def _listen(self):
+        self.lines.extend(iter(self.process.stdout.readline, ""))
+
+    def said_within(self, pattern, seconds):
+        until_s = time.monotonic() + seconds
+        while time.monotonic() < until_s:
+            if any(re.search(pattern, line) for line in self.lines):
+                return True
+            time.sleep(0.05)
+        return False
+
+    def take_lines(self):
+        lines, self.lines[:] = list(self.lines), []
+        return lines
+
+    def stop(self):
+        self.process.send_signal(signal.SIGTERM)
+        return self.process.wait(20)
+
+
+def test_doctor_ends_cleanly_and_finds_the_pair(folder):
+    with rtsp_camera(size=SIZE, credentials=folder / "camera") as camera:
+        config = settings(folder, camera.address, free_port())
+        for _ in range(ROUNDS):
+            code, said = said_by("doctor", "--config", config)
+            assert code in {0, 1}, said
+            assert "a pair of 800 x 600 pixels" in said
+            assert "Fatal" not in said
+            assert LETTERS not in said
+
+
+def test_doctor_ends_cleanly_with_a_camera_that_is_silent(folder):
+    with silent_camera() as port:
+        code, said = said_by("doctor", "--config", settings(folder, f"rtsp://127.0.0.1:{port}/live", free_port()))
+    assert code == 1
+    assert "cannot be opened" in said
+    assert "Fatal" not in said
+
+
+def test_a_camera_that_dies_and_comes_back_is_a_few_lines_and_the_stop_is_clean(folder):
+    rtsp_port, port = free_port(), free_port()
+    config = settings(folder, f"rtsp://127.0.0.1:{rtsp_port}/stream", port)
+    with contextlib.ExitStack() as stack:
+        with rtsp_camera(size=SIZE, credentials=folder / "camera", port=rtsp_port):
+            gauge = stack.enter_context(Running(config, port))
+            assert gauge.said_within("Hotgauge measures", 60), gauge.lines
+            time.sleep(8)
+            gauge.take_lines()
+        assert gauge.said_within("camera_lost", 15), gauge.lines
+        time.sleep(20)
+        gone = gauge.take_lines()
+        with rtsp_camera(size=SIZE, credentials=folder / "camera", port=rtsp_port):
+            assert gauge.said_within("camera_lost is over", 40), gauge.lines
+            time.sleep(5)
+            back = gauge.take_lines()
+            assert gauge.stop() == 0
+    assert len(gone) <= 3, gone
+    assert len(back) <= 2, back
+    assert not any(LETTERS in line or "Fatal" in line for line in gone + back + gauge.lines)
+
+
+def test_a_camera_that_accepts_and_stays_silent_costs_no_thread_and_no_memory(folder):
+    rtsp_port, port = free_port(), free_port()
+    config = settings(folder, f"rtsp://127.0.0.1:{rtsp_port}/stream", port)
+    with contextlib.ExitStack() as stack:
+        with rtsp_camera(size=SIZE, credentials=folder / "camera", port=rtsp_port):
+            gauge = stack.enter_context(Running(config, port))
+            assert gauge.said_within("Hotgauge measures", 60), gauge.lines
+        stack.enter_context(silent_camera(rtsp_port))
+        assert gauge.said_within("camera_lost", 20), gauge.lines
+        counts = []
+        for _ in range(4):
+            time.sleep(9)
+            status = Path(f"/proc/{gauge.appliance.station()}/status").read_text(encoding="ascii")
+            counts.append(int(re.search(r"Threads:\s+(\d+)", status)[1]))
+        assert gauge.stop() == 0
+    assert max(counts) - min(counts) <= 2, counts
+
+
+@pytest.mark.parametrize("command", ["check-config", "doctor", "run", "orient", "measure", "replay", "calibrate"])
+def test_no_command_shows_a_password(folder, command):
+    """Of an address that carries one all the same, of one with a query, and of a file of credentials."""
+    with socket.create_server(("127.0.0.1", 0)) as closed:
+        port = closed.getsockname()[1]
+    for address in (
+        f"rtsp://mill:{LETTERS}@127.0.0.1:{port}/live",
+        f"http://127.0.0.1:{port}/live?password=ass/w:word",
+    ):
+        config = settings(folder, address, free_port())
+        words = {"check-config": [config], "calibrate": [config]}.get(command, ["--config", config])
+        words = [*words, folder] if command in {"orient", "measure", "replay"} else words
+        process = subprocess.Popen(
+            [HOTGAUGE, command, *words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        )
+        try:
+            said, _ = process.communicate(timeout=12)
+        except subprocess.TimeoutExpired:
+            process.terminate()
+            said, _ = process.communicate(timeout=10)
+        assert said
+        assert LETTERS not in said
+        assert "ass/w:word" not in said
+
+
+def test_an_address_with_a_password_is_refused_in_one_sentence(folder):
+    code, said = said_by("check-config", settings(folder, f"rtsp://mill:{LETTERS}@10.0.0.11/live", free_port()))
+    assert code == 2
+    assert "sizing.camera.left: an address with user or password" in said
+    assert "name a file in credentials" in said

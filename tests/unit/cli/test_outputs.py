@@ -1,0 +1,95 @@
+"""Outputs that would destroy what a command reads are refused, and so are names that promise another format."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from appliance.cli import main as cli
+
+
+@pytest.fixture
+def recording(tmp_path):
+    for side in ("left", "right"):
+        (tmp_path / "rec" / side).mkdir(parents=True)
+        (tmp_path / "rec" / side / "000000.jpg").write_bytes(b"a picture")
+    (tmp_path / "rec" / "board.json").write_text("{}")
+    (tmp_path / "rec" / "roi.json").write_text("{}")
+    (tmp_path / "rig.json").write_text("a calibration")
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["measure", "rec", "--rig", "rig.json", "--output", "rig.json"],
+        ["measure", "rec", "--rig", "rig.json", "--output", "./rec/../rig.json"],
+        ["calibrate", "rec", "--output", "rec/board.json"],
+        ["calibrate", "rec", "--output", "rec/left/000000.jpg"],
+        ["orient", "rec", "--references", "rec", "--output", "rec/roi.json"],
+        ["fuse", "rec/left/000000.jpg", "rec/right/000000.jpg", "--rig", "rig.json", "--output", "rec/left/000000.jpg"],
+    ],
+)
+def test_an_output_that_is_read_by_the_command_is_refused_and_untouched(recording, words, capsys, monkeypatch):
+    monkeypatch.chdir(recording)
+    before = {file: file.read_bytes() for file in recording.rglob("*") if file.is_file()}
+    assert cli.main(words) == 2
+    assert "would be lost; give another file" in capsys.readouterr().err
+    assert {file: file.read_bytes() for file in recording.rglob("*") if file.is_file()} == before
+
+
+def test_a_link_to_an_input_is_that_input(recording, capsys, monkeypatch):
+    monkeypatch.chdir(recording)
+    os.link("rig.json", "readings.jsonl")
+    assert cli.main(["measure", "rec", "--rig", "rig.json", "--output", "readings.jsonl"]) == 2
+    assert "would be lost" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["x.xlsx", "-", "readings.parquet"])
+def test_a_name_that_promises_another_format_is_refused(recording, name, capsys, monkeypatch):
+    monkeypatch.chdir(recording)
+    assert cli.main(["measure", "rec", "--rig", "rig.json", f"--output={name}"]) == 2
+    assert "end in .csv or .jsonl" in capsys.readouterr().err
+    assert not (recording / name).exists()
+
+
+def run(*words: str, stdout: int | None = subprocess.PIPE, **environment: str) -> subprocess.CompletedProcess:
+    return subprocess.run(
+        [sys.executable, "-m", "appliance", *words],
+        stdout=stdout,
+        stderr=subprocess.PIPE,
+        env=os.environ | environment,
+        check=False,
+        text=True,
+        timeout=60,
+    )
+
+
+def test_a_full_disk_behind_standard_output_is_one_sentence():
+    with open("/dev/full", "w") as full:  # noqa: PTH123  a descriptor is wanted
+        done = run("registers", stdout=full.fileno())
+    assert done.returncode == 2
+    assert done.stderr.splitlines() == [
+        "hotgauge: the output cannot be written: No space left on device; make room, or write elsewhere"
+    ]
+
+
+def test_a_terminal_without_utf8_gets_escapes_and_no_traceback():
+    done = run("registers", PYTHONIOENCODING="ascii")
+    assert done.returncode == 0
+    assert r"\xb0C" in done.stdout
+
+
+def test_a_recording_of_no_frames_is_refused(tmp_path, capsys):
+    with pytest.raises(SystemExit):
+        cli.main(["simulate", "--output", str(tmp_path / "rec"), "--frames", "0"])
+    assert "--frames" in capsys.readouterr().err
+    assert not (tmp_path / "rec").exists()
+
+
+def test_settings_with_a_byte_order_mark_are_read(tmp_path, capsys):
+    config = tmp_path / "gauge.toml"
+    config.write_bytes(b"\xef\xbb\xbf[plc]\nport = 5021\n")
+    assert cli.main(["check-config", str(config)]) == 0
+    assert "plc.port = 5021" in capsys.readouterr().out
