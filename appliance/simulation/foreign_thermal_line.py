@@ -96,6 +96,7 @@ def random_foreign_thermal_line(seed: int) -> ForeignThermalLine:
     height_mm = rng.uniform(30, 140)
     top = rng.uniform(0.28, 0.55)
     pitch_mm = rng.uniform(180, 400)
+    floor = rng.uniform(0.02, 0.1)
     return ForeignThermalLine(
         camera,
         spacing_mm=rng.uniform(420, 700),
@@ -110,8 +111,8 @@ def random_foreign_thermal_line(seed: int) -> ForeignThermalLine:
         roller_gap_mm=rng.uniform(10, 45),
         roller_pitch_mm=pitch_mm,
         roller_mm=pitch_mm * rng.uniform(0.45, 0.75),
-        roller_light=top * rng.uniform(0.25, 0.65),
-        floor_light=rng.uniform(0.02, 0.1),
+        roller_light=floor + top * rng.uniform(0.1, 0.5),  # they show, if only just
+        floor_light=floor,
         top_light=top,
         face_light=top * rng.uniform(0.6, 1.05),
         wall_mm=rng.uniform(40, 110),
