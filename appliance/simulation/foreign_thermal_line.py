@@ -55,9 +55,10 @@ class ForeignThermalLine(ThermalLine):
         for side in ("left", "right"):
             inside = inside - self._beyond(rays, side, self.spacing_mm / 2 - self.roller_gap_mm, 0.0)
         light = self.floor_light + (self.roller_light - self.floor_light) * inside * self._on_roller(y)
+        light = light.astype(np.float32)
         for side in ("left", "right"):
             light = self._with_barrier(light, rays, side)
-        return light.astype(np.float32)
+        return light
 
     def _on_roller(self, y: NDArray[np.float64]) -> NDArray[np.float64]:
         """Blurred part of each pixel that lies on a roller, by the place along the line."""
@@ -68,7 +69,7 @@ class ForeignThermalLine(ThermalLine):
             beyond = beyond + self._blurred(y - start) - self._blurred(y - start - self.roller_mm)
         return beyond
 
-    def _with_barrier(self, light: NDArray[np.float64], rays: NDArray[np.float64], side: Barrier) -> Light:
+    def _with_barrier(self, light: Light, rays: NDArray[np.float64], side: Barrier) -> Light:
         half_mm = self.spacing_mm / 2
         lower = self._beyond(rays, side, half_mm, self.lower_mm)
         inner = self._beyond(rays, side, half_mm, self.height_mm)

@@ -36,7 +36,7 @@ def main() -> None:
     arrays = {
         f"{kind}{number}": one for number, pair in enumerate(layers) for kind, one in zip("Wb", pair, strict=True)
     }
-    np.savez(given.output, **arrays)
+    np.savez(given.output, allow_pickle=False, **arrays)
 
 
 def drawn(faces: int) -> tuple[Array, Array]:
@@ -135,7 +135,7 @@ def loss_and_slopes(layers: Layers, images: Array, tops: Array) -> tuple[float, 
         slope = seen.reshape(-1, seen.shape[-1]).T @ spread.reshape(-1, spread.shape[-1])
         slopes = [slope.reshape(weights.shape), spread.sum(axis=(0, 1, 2)), *slopes]
         spread = _scattered(spread @ weights.reshape(-1, weights.shape[-1]).T, before.shape, len(weights))
-    return loss, slopes
+    return loss, [np.asarray(slope) for slope in slopes]
 
 
 def _padding(size: int, side: int) -> tuple[int, int]:

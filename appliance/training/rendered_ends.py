@@ -43,24 +43,29 @@ def rendered_end(light: Plane, rng: Rng) -> Picture:
     """
     light = light * soft_blemishes(rng)
     scene = _scene(light / max(1e-6, float(light.mean())), rng)
-    scene = cv2.GaussianBlur(scene, (0, 0), float(np.exp(rng.uniform(np.log(0.35), np.log(1.5)))))
+    scene = np.asarray(
+        cv2.GaussianBlur(scene, (0, 0), float(np.exp(rng.uniform(np.log(0.35), np.log(1.5))))), np.float32
+    )
     peak = rng.uniform(0.3, 0.95) if rng.random() < 0.8 else rng.uniform(0.9, 1.7)
-    return _coded(np.maximum(scene * peak * 0.7 + rng.uniform(0, 0.04), 0), rng)
+    return _coded(np.maximum(scene * np.float32(peak * 0.7) + np.float32(rng.uniform(0, 0.04)), 0), rng)
 
 
 def soft_blemishes(rng: Rng) -> Plane:
     """Soft dark patches, streaks and a cooler middle, as factors of light."""
-    light = np.ones((FACE_CELLS, FACE_CELLS))
+    light = np.ones((FACE_CELLS, FACE_CELLS), np.float64)
     if rng.random() < 0.5:
-        along, across = np.exp(rng.uniform(np.log(2), np.log(14), 2)).tolist()
-        rough = cv2.GaussianBlur(rng.standard_normal(light.shape, dtype=np.float32), (0, 0), along, sigmaY=across)
+        along, across = (float(np.exp(rng.uniform(np.log(2), np.log(14)))) for _ in range(2))
+        rough = rng.standard_normal((FACE_CELLS, FACE_CELLS), dtype=np.float32)
+        rough = np.asarray(cv2.GaussianBlur(rough, (0, 0), along, sigmaY=across), np.float32)
         middle = FACE_CELLS / 2, FACE_CELLS / 2
         turn = cv2.getRotationMatrix2D(middle, rng.uniform(0, 180), 1)
-        rough = cv2.warpAffine(rough / float(rough.std()), turn, light.shape, borderMode=cv2.BORDER_REFLECT)
+        rough = rough / np.float32(rough.std())
+        size = (FACE_CELLS, FACE_CELLS)
+        rough = np.asarray(cv2.warpAffine(rough, turn, size, borderMode=cv2.BORDER_REFLECT), np.float32)
         patch = 1 / (1 + np.exp(-(rough - rng.uniform(0.5, 2.2)) / rng.uniform(0.1, 0.6)))
         light = light * (1 - rng.uniform(0.05, 0.4) * patch)
     for _ in range(int(rng.integers(2, 25)) if rng.random() < 0.4 else 0):
-        (x, y), turned = rng.uniform(-0.85, 0.85, 2), rng.uniform(0, np.pi)
+        (x, y), turned = rng.uniform(-0.85, 0.85, 2).tolist(), rng.uniform(0, np.pi)
         width, longer = rng.uniform(0.02, 0.08), rng.uniform(1, 4)
         u = ((_x - x) * np.cos(turned) + (_y - y) * np.sin(turned)) / (width * longer)
         v = (-(_x - x) * np.sin(turned) + (_y - y) * np.cos(turned)) / width
@@ -85,8 +90,8 @@ def _scene(face_light: Plane, rng: Rng) -> Plane:
     shown = cv2.remap(
         smooth, map_x.astype(np.float32), map_y.astype(np.float32), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
     )
-    rough = cv2.GaussianBlur(rng.standard_normal((SIZE, SIZE)), (0, 0), rng.uniform(1, 5))
-    rough /= rough.std()
+    rough = np.asarray(cv2.GaussianBlur(rng.standard_normal((SIZE, SIZE)), (0, 0), rng.uniform(1, 5)), np.float64)
+    rough = rough / rough.std()
     inside = np.clip(0.5 + (1 - np.hypot(across, down)) * radius, 0, 1)
     body = np.clip(0.5 + (1 - np.abs(across)) * radius, 0, 1) * (down < 0)
     line_light, side_light = rng.uniform(0.01, 0.25) * (1 + 0.4 * rough), rng.uniform(0.65, 1.08) * (1 + 0.05 * rough)
@@ -99,7 +104,7 @@ def _scene(face_light: Plane, rng: Rng) -> Plane:
         scene = scene + rng.uniform(0.5, 2) * (1 - inside) / (1 + np.exp(np.minimum((place - 1) / 0.1, 50)))
     if rng.random() < 0.3:
         bloom = rng.uniform(0.01, 0.08)
-        scene = (1 - bloom) * scene + bloom * cv2.GaussianBlur(scene, (0, 0), 6)
+        scene = (1 - bloom) * scene + bloom * np.asarray(cv2.GaussianBlur(scene, (0, 0), 6), np.float64)
     return scene.astype(np.float32)
 
 

@@ -8,11 +8,11 @@ from ingot_truth import follow, recorded, simulated
 from appliance.ingot.settings import IngotSettings
 
 TEXT = (
-    "One ingot a line: ends as our mill's (mixed) and as other mills' (foreign), drawn from seeds that no classifier was "
+    "One ingot a line: ends as our mill's (mixed) and as other mills' (foreign), drawn from seeds no classifier was "
     "trained on, and the recorded sequences of two further lines. Frames count while an ingot is placed and its end "
     "is found."
 )
-LINES = 12
+LINES = 8
 FIRST_SEED = 5000
 RECORDED = {"ingot_line": 4, "ingot_line_b": 8}
 CLASSIFIERS = ("relief", "wrinkles", "dual", "single")

@@ -82,7 +82,8 @@ def _cool_middle(rng: Rng) -> Light:
     (x, y), size = rng.normal(0, 0.15, 2), rng.uniform(0.25, 0.85)
     ragged = np.float32(rng.uniform(0, 0.15)) * noise(rng, SHAPE, FACE_CELLS / rng.uniform(4, 12))
     distance = np.hypot(_x - np.float32(x), (_y - np.float32(y)) * np.float32(rng.uniform(0.8, 1.25)))
-    cap = smooth_step((np.float32(size) - distance + ragged) / np.float32(rng.uniform(0.03, 0.6)) + np.float32(0.5))
+    soft = np.float32(rng.uniform(0.03, 0.6))
+    cap = smooth_step(((np.float32(size) - distance + ragged) / soft + np.float32(0.5)).astype(np.float32))
     return 1 - np.float32(rng.uniform(0.05, 0.4)) * cap
 
 
@@ -91,7 +92,8 @@ def _flakes(rng: Rng) -> Light:
     size = FACE_CELLS * rng.uniform(0.07, 0.3)
     rough = noise(rng, SHAPE, size) + np.float32(rng.uniform(0.1, 0.6)) * noise(rng, SHAPE, size / 3)
     edge = np.quantile(rough, 1 - rng.uniform(0.02, 0.3))
-    flake = smooth_step((rough - np.float32(edge)) / np.float32(rng.uniform(0.1, 0.5)) + np.float32(0.5))
+    soft = np.float32(rng.uniform(0.1, 0.5))
+    flake = smooth_step(((rough - np.float32(edge)) / soft + np.float32(0.5)).astype(np.float32))
     return 1 - np.float32(rng.uniform(0.05, 0.45)) * flake
 
 

@@ -50,7 +50,7 @@ def relief(image: Picture) -> Plane:
     mask = _disc * (image < CLIPPED_CODE)
     cover = np.maximum(cv2.GaussianBlur(mask, (0, 0), SLOW_PX), np.float32(LEAST_COVER))
     slow = cv2.GaussianBlur(light * mask, (0, 0), SLOW_PX) / cover
-    return np.stack([np.float32(SCALE) * (light - slow) * mask, mask], axis=-1)
+    return np.stack([np.float32(SCALE) * (light - slow) * mask, mask], axis=-1).astype(np.float32)
 
 
 @cache
