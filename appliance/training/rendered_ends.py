@@ -4,6 +4,8 @@ Faces of our own line and of other mills, under more blemishes still, beside a b
 exposure, response and JPEG. Nothing but wrinkled skin depends on the label.
 """
 
+import math
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +46,7 @@ def rendered_end(light: Plane, rng: Rng) -> Picture:
     light = light * soft_blemishes(rng)
     scene = _scene(light / max(1e-6, float(light.mean())), rng)
     scene = np.asarray(
-        cv2.GaussianBlur(scene, (0, 0), float(np.exp(rng.uniform(np.log(0.35), np.log(1.5))))), np.float32
+        cv2.GaussianBlur(scene, (0, 0), math.exp(rng.uniform(math.log(0.35), math.log(1.5)))), np.float32
     )
     peak = rng.uniform(0.3, 0.95) if rng.random() < 0.8 else rng.uniform(0.9, 1.7)
     return _coded(np.maximum(scene * np.float32(peak * 0.7) + np.float32(rng.uniform(0, 0.04)), 0), rng)
@@ -54,7 +56,7 @@ def soft_blemishes(rng: Rng) -> Plane:
     """Soft dark patches, streaks and a cooler middle, as factors of light."""
     light = np.ones((FACE_CELLS, FACE_CELLS), np.float64)
     if rng.random() < 0.5:
-        along, across = (float(np.exp(rng.uniform(np.log(2), np.log(14)))) for _ in range(2))
+        along, across = (math.exp(rng.uniform(math.log(2), math.log(14))) for _ in range(2))
         rough = rng.standard_normal((FACE_CELLS, FACE_CELLS), dtype=np.float32)
         rough = np.asarray(cv2.GaussianBlur(rough, (0, 0), along, sigmaY=across), np.float32)
         middle = FACE_CELLS / 2, FACE_CELLS / 2

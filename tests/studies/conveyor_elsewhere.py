@@ -9,7 +9,7 @@ from vision.sizing.conveyor.gauge import ConveyorGauge
 TEXT = (
     "Lines over rollers, each its own camera, lens, rollers, bar and barriers, standing or hanging. "
     "Two empty pictures, or none where the name says so. What is given is off as a tape is: the barriers' distance "
-    "by 0.05 %, their height by 1 mm, the camera's by 10 mm, and the response's exponent by 0.02 (standard deviations); "
+    "by 0.05 %, their height by 1 mm, the camera's by 10 mm, and the response's exponent by 0.02 (deviations); "
     "it is not given where the name says so. Whether barriers hang is not given."
 )
 LINES = 24
