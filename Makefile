@@ -60,11 +60,11 @@ figures: $(VENV)/installed-dev
 tables: $(VENV)/installed-dev
 	$(BIN)/python docs/tables
 
-# mbpoll is a Modbus client that nobody here wrote; the tests read the appliance with it. They also build
-# systemd-python, have systemd check the unit, and boot it in a container. GStreamer's RTSP server and Aravis' fake
+# mbpoll, libmodbus and two packages of npm are Modbus clients that nobody here wrote; the tests read the appliance with
+# them. They also build systemd-python, have systemd check the unit, and boot it in a container. GStreamer's RTSP server and Aravis' fake
 # camera are the network cameras of the tests; PyGObject is built to speak to both. Reports need Pango, and their tests
 # look at their pages
-DEBIAN_PACKAGES := mbpoll libsystemd-dev pkg-config gcc systemd systemd-container \
+DEBIAN_PACKAGES := mbpoll libmodbus5 $(if $(shell command -v npm),,npm) libsystemd-dev pkg-config gcc systemd systemd-container \
 	gir1.2-gst-rtsp-server-1.0 gstreamer1.0-plugins-base gstreamer1.0-plugins-good gstreamer1.0-plugins-bad \
 	gstreamer1.0-plugins-ugly gir1.2-aravis-0.8 aravis-tools libgirepository1.0-dev libcairo2-dev \
 	libpangoft2-1.0-0 libharfbuzz-subset0 poppler-utils

@@ -22,8 +22,9 @@
     +-- TrainingError             training.edge_forest       a model cannot be trained or written
     +-- InstallError              service.install            the service cannot be installed
 
-Two rooms that know nothing of the appliance have an error of their own: `plc.poll.PollError` (a gauge does not
-answer as one should) and `vision.calibration.acceptance.CalibrationError` (board pictures give no calibration). A wrong
+Two rooms that know nothing of the appliance have errors of their own: `plc.poll.PollError` (a gauge does not answer as
+one should), `plc.listener.BindError` (a port cannot be had), `plc.security.identity.CertificateError` (a certificate
+cannot be used) and `vision.calibration.acceptance.CalibrationError` (board pictures give no calibration). A wrong
 call raises `ValueError` or `TypeError`, and data that show no bar raise nothing.
 """
 

@@ -1,17 +1,22 @@
 """Answers to Modbus requests, from a process image and from what the PLC has written.
 
 Rules after the Modbus Application Protocol V1.1b3. A request is checked in this order, and nothing is written
-before all checks have passed: function (exception 1), quantity and values (3), range (2), act (4).
+before all checks have passed: function and the client's right to it (exception 1), quantity and values (3), range (2),
+act (4).
+
+Tools of plants read aligned blocks that begin or end between rows: within the map, addresses without a row read as no
+value (words) or 0 (bits). Only a read that begins behind the last row, or ends behind the map, answers exception 2.
 """
 
 import importlib.metadata
+import itertools
 import logging
 import struct
 from collections.abc import Callable, Mapping
 
-from plc.process_image import decode_set_points, encode, encode_set_points
+from plc.process_image import ProcessImage, decode_set_points, encode, encode_set_points
 from plc.registers import (
-    ALARMS,
+    BITS_END,
     COMMANDS,
     DISCRETES,
     INGOT_RING,
@@ -20,8 +25,11 @@ from plc.registers import (
     READING_RING,
     REGISTERS,
     SET_POINTS,
+    WORDS_END,
 )
 from plc.rows import select
+from plc.security.refusals import Refusals, WriteLog
+from plc.security.roles import Client
 
 OnWrite = Callable[[Mapping[str, int | bool]], None]
 
@@ -30,8 +38,11 @@ logger = logging.getLogger(__name__)
 _TWO_WORDS = struct.Struct(">HH")
 _COIL_LEVELS = {0x0000: False, 0xFF00: True}
 _SET_POINT_ROWS = {row.name: row for row in select(REGISTERS, "holding", "rw")}
-_INPUT_AREAS = (MEASUREMENTS, READING_RING, INGOT_RING)
-_HOLDING_AREAS = (*_INPUT_AREAS, SET_POINTS)
+_UNUSED = b"\xff\xff"
+_NO_SET_POINTS = _UNUSED * len(SET_POINTS)  # in input registers
+_AREAS = (MEASUREMENTS, SET_POINTS, READING_RING, INGOT_RING, range(WORDS_END, WORDS_END))
+_GAPS = [_UNUSED * (after.start - before.stop) for before, after in itertools.pairwise(_AREAS)]
+_UNLOGGED = "plc_heartbeat"  # changes with every scan
 _COMMAND_ROWS = select(REGISTERS, "coil", "rw")
 _IDENTITY = {
     0: b"Hotgauge",  # vendor
@@ -55,8 +66,12 @@ def _require(holds: bool, code: int) -> None:
         raise _Refused(code)
 
 
-def _within(wanted: range, *areas: range) -> bool:
-    return any(area.start <= wanted.start and wanted.stop <= area.stop for area in areas)
+def _require_within(wanted: range, area: range) -> None:
+    _require(area.start <= wanted.start and wanted.stop <= area.stop, 2)
+
+
+def _require_readable(wanted: range, rows_end: int, map_end: int) -> None:
+    _require(wanted.start < rows_end and wanted.stop <= map_end, 2)
 
 
 def _wanted(request: bytes, count_max: int) -> range:
@@ -78,11 +93,11 @@ class Tables:
 
     Parameters
     ----------
-    writable : bool
-        Whether set points and commands may be written.
     on_write : callable or None
         Called with what a write changes, by name; if it raises, nothing is written and the answer is
         exception 4.
+    refusals : Refusals
+        Gets writes that a client has no right to.
 
     Attributes
     ----------
@@ -90,38 +105,60 @@ class Tables:
         What the gauge says; every answer is made from one image.
     """
 
-    def __init__(self, *, writable: bool, on_write: OnWrite | None) -> None:
-        self.image = encode({})
+    def __init__(self, *, on_write: OnWrite | None, refusals: Refusals) -> None:
+        self._on_write = on_write
+        self._refusals = refusals
+        self._log = WriteLog()
         self._set_points = bytes(2 * len(SET_POINTS))
         self._commands = 0
-        self._on_write = on_write
-        self._functions: dict[int, Callable[[bytes], bytes]] = {
+        self.image = encode({})
+        self._reads: dict[int, Callable[[bytes], bytes]] = {
             1: self._read_coils,
             2: self._read_discretes,
             3: self._read_holding,
             4: self._read_input,
             43: self._identify,
         }
-        if writable:
-            self._functions |= {
-                5: self._write_coil,
-                6: self._write_register,
-                15: self._write_coils,
-                16: self._write_registers,
-                23: self._write_and_read_registers,
-            }
+        self._writes: dict[int, Callable[[bytes, Client], bytes]] = {
+            5: self._write_coil,
+            6: self._write_register,
+            15: self._write_coils,
+            16: self._write_registers,
+            23: self._write_and_read_registers,
+        }
 
-    def answer(self, request: bytes) -> bytes:
-        """Answer one request (function code and what follows, at least one byte)."""
+    def answer(self, request: bytes, client: Client) -> bytes:
+        """Answer one request.
+
+        Parameters
+        ----------
+        request : bytes
+            Function code and what follows, at least one byte.
+        client : Client
+            Who asks; what it may not do answers exception 1.
+
+        Returns
+        -------
+        bytes
+            Function code and what follows.
+        """
         function = request[0]
         try:
-            _require(function in self._functions, 1)
-            return request[:1] + self._functions[function](request)
+            if function in self._reads:
+                return request[:1] + self._reads[function](request)
+            _require(function in self._writes, 1)
+            self._require_right(function, client)
+            return request[:1] + self._writes[function](request, client)
         except _Refused as refused:
             return bytes((function | 0x80, refused.code))
         except Exception:
             logger.exception("request %s failed", request.hex())
             return bytes((function | 0x80, 4))
+
+    def _require_right(self, function: int, client: Client) -> None:
+        if function not in client.functions:
+            self._refusals.tell(client.address, f"it may not write with function {function}: {client.limit}")
+            raise _Refused(1)
 
     def restore(self, written: Mapping[str, int | bool]) -> None:
         """Take over what the PLC had written before a restart, by name; nobody is told."""
@@ -130,51 +167,43 @@ class Tables:
 
     def _read_input(self, request: bytes) -> bytes:
         wanted = _wanted_alone(request, 125)
-        _require(_within(wanted, *_INPUT_AREAS), 2)
-        return self._words(wanted)
+        _require_readable(wanted, INGOT_RING.stop, WORDS_END)
+        return _words(self.image, _NO_SET_POINTS, wanted)
 
     def _read_holding(self, request: bytes) -> bytes:
         wanted = _wanted_alone(request, 125)
-        _require(_within(wanted, *_HOLDING_AREAS), 2)
-        return self._words(wanted)
+        _require_readable(wanted, INGOT_RING.stop, WORDS_END)
+        return self._holding(wanted)
 
-    def _words(self, wanted: range) -> bytes:
-        image = self.image
-        contents = (image.words, image.reading_ring, image.ingot_ring, self._set_points)
-        area, words = next(
-            (area, words) for area, words in zip(_HOLDING_AREAS, contents, strict=True) if wanted.start in area
-        )
-        first, size = 2 * (wanted.start - area.start), 2 * len(wanted)
-        return bytes((size,)) + words[first : first + size]
+    def _holding(self, wanted: range) -> bytes:
+        return _words(self.image, self._set_points, wanted)
 
     def _read_coils(self, request: bytes) -> bytes:
         wanted = _wanted_alone(request, 2000)
-        if _within(wanted, ALARMS):
-            return _bits(self.image.coils, wanted.start, len(wanted))
-        _require(_within(wanted, COMMANDS), 2)
-        return _bits(self._commands, wanted.start - COMMANDS.start, len(wanted))
+        _require_readable(wanted, COMMANDS.stop, BITS_END)
+        return _bits(self.image.coils | self._commands << COMMANDS.start, wanted.start, len(wanted))
 
     def _read_discretes(self, request: bytes) -> bytes:
         wanted = _wanted_alone(request, 2000)
-        _require(_within(wanted, DISCRETES), 2)
+        _require_readable(wanted, DISCRETES.stop, BITS_END)
         return _bits(self.image.discretes, wanted.start, len(wanted))
 
-    def _write_coil(self, request: bytes) -> bytes:
+    def _write_coil(self, request: bytes, client: Client) -> bytes:
         _require(len(request) == 5, 3)
         address, level = _TWO_WORDS.unpack_from(request, 1)
         _require(level in _COIL_LEVELS, 3)
-        self._command(range(address, address + 1), int(_COIL_LEVELS[level]))
+        self._command(range(address, address + 1), int(_COIL_LEVELS[level]), client)
         return request[1:]
 
-    def _write_coils(self, request: bytes) -> bytes:
+    def _write_coils(self, request: bytes, client: Client) -> bytes:
         wanted = _wanted(request, 1968)
         size = -(-len(wanted) // 8)
         _require(len(request) == 6 + size and request[5] == size, 3)
-        self._command(wanted, int.from_bytes(request[6:], "little"))
+        self._command(wanted, int.from_bytes(request[6:], "little"), client)
         return request[1:5]
 
-    def _command(self, wanted: range, levels: int) -> None:
-        _require(_within(wanted, COMMANDS), 2)
+    def _command(self, wanted: range, levels: int, client: Client) -> None:
+        _require_within(wanted, COMMANDS)
         new = self._commands
         for place, address in enumerate(wanted):
             bit = 1 << address - COMMANDS.start
@@ -184,54 +213,67 @@ class Tables:
             for place, row in enumerate(_COMMAND_ROWS)
             if (new ^ self._commands) >> place & 1
         }
-        self._tell(changed)
+        self._tell({name: not level for name, level in changed.items()}, changed, client)
         self._commands = new
 
-    def _write_register(self, request: bytes) -> bytes:
+    def _write_register(self, request: bytes, client: Client) -> bytes:
         _require(len(request) == 5, 3)
         (address,) = struct.unpack_from(">H", request, 1)
-        self._set(*self._checked(range(address, address + 1), request[3:]))
+        self._set(self._checked(range(address, address + 1), request[3:]), client)
         return request[1:]
 
-    def _write_registers(self, request: bytes) -> bytes:
+    def _write_registers(self, request: bytes, client: Client) -> bytes:
         wanted = _wanted(request, 123)
         size = 2 * len(wanted)
         _require(len(request) == 6 + size and request[5] == size, 3)
-        self._set(*self._checked(wanted, request[6:]))
+        self._set(self._checked(wanted, request[6:]), client)
         return request[1:5]
 
-    def _write_and_read_registers(self, request: bytes) -> bytes:
+    def _write_and_read_registers(self, request: bytes, client: Client) -> bytes:
         to_read = _wanted(request, 125)
         to_write = _wanted(request[4:], 121)
         size = 2 * len(to_write)
         _require(len(request) == 10 + size and request[9] == size, 3)
         written = self._checked(to_write, request[10:])
-        _require(_within(to_read, *_HOLDING_AREAS), 2)
-        self._set(*written)
-        return self._words(to_read)
+        _require_readable(to_read, INGOT_RING.stop, WORDS_END)
+        self._set(written, client)
+        return self._holding(to_read)
 
-    def _checked(self, wanted: range, words: bytes) -> tuple[bytes, dict[str, int]]:
-        """Set points as a write would leave them, and what it changes; judges values before the range."""
+    def _checked(self, wanted: range, words: bytes) -> bytes:
+        """Set points as a write would leave them; judges values before the range."""
         new = bytearray(self._set_points)
         for place, address in enumerate(wanted):
             if address in SET_POINTS:
                 first = 2 * (address - SET_POINTS.start)
                 new[first : first + 2] = words[2 * place : 2 * place + 2]
-        order = self.image.word_order
-        before = decode_set_points(self._set_points, word_order=order)
-        after = decode_set_points(bytes(new), word_order=order)
+        before, after = self._numbers(self._set_points), self._numbers(bytes(new))
         changed = {name: raw for name, raw in after.items() if raw != before[name]}
         _require(all(_SET_POINT_ROWS[name].accepts(raw) for name, raw in changed.items()), 3)
-        _require(_within(wanted, SET_POINTS), 2)
-        return bytes(new), changed
+        _require_within(wanted, SET_POINTS)
+        return bytes(new)
 
-    def _set(self, words: bytes, changed: dict[str, int]) -> None:
-        self._tell(changed)
+    def _numbers(self, words: bytes) -> dict[str, int]:
+        return decode_set_points(words, word_order=self.image.word_order)
+
+    def _set(self, words: bytes, client: Client) -> None:
+        if words == self._set_points:
+            return
+        before, after = self._numbers(self._set_points), self._numbers(words)
+        self._tell(before, {name: raw for name, raw in after.items() if raw != before[name]}, client)
         self._set_points = words
 
-    def _tell(self, changed: Mapping[str, int | bool]) -> None:
-        if changed and self._on_write is not None:
+    def _tell(self, before: Mapping[str, int | bool], changed: Mapping[str, int | bool], client: Client) -> None:
+        if not changed:
+            return
+        if self._on_write is not None:
             self._on_write(changed)
+        logged = [
+            f"{name} {_shown(name, before[name])} -> {_shown(name, raw)}"
+            for name, raw in changed.items()
+            if name != _UNLOGGED
+        ]
+        if logged:
+            self._log.tell(client, ", ".join(logged))
 
     def _identify(self, request: bytes) -> bytes:
         _require(len(request) >= 2 and request[1] == 14, 1)
@@ -250,3 +292,30 @@ class Tables:
 def _bits(table: int, start: int, count: int) -> bytes:
     size = -(-count // 8)
     return bytes((size,)) + (table >> start & (1 << count) - 1).to_bytes(size, "little")
+
+
+def _words(image: ProcessImage, set_points: bytes, wanted: range) -> bytes:
+    """Words of the map with their count; what has no row reads as no value."""
+    table = image.words
+    if wanted.stop > MEASUREMENTS.stop:
+        table = b"".join(
+            (
+                table,
+                _GAPS[0],
+                set_points,
+                _GAPS[1],
+                image.reading_ring,
+                _GAPS[2],
+                image.ingot_ring,
+                _GAPS[3],
+            )
+        )
+    return bytes((2 * len(wanted),)) + table[2 * wanted.start : 2 * wanted.stop]
+
+
+def _shown(name: str, raw: int) -> str:
+    """A number that was written, in its unit."""
+    if name not in _SET_POINT_ROWS:
+        return str(int(raw))
+    row = _SET_POINT_ROWS[name]
+    return f"{raw * row.scale:.{0 if row.scale == 1 else 2}f} {row.unit}".rstrip()

@@ -1,7 +1,8 @@
 """Codes that stand in the registers, each enumeration once, with its words; the standard library only."""
 
 import enum
-from typing import Self
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple, Self
 
 
 class Code(enum.IntEnum):
@@ -62,3 +63,24 @@ class Orientation(Code):
     TOP = 1, "top"
     BOTTOM = 2, "bottom"
     UNDECIDED = 3, "undecided"
+
+
+class NamedBit(NamedTuple):
+    """One bit of a word: its number, its name, and what it says."""
+
+    bit: int
+    name: str
+    text: str
+
+
+Bits = Mapping[str, Sequence[NamedBit]]
+"""Named bits of words, by register."""
+
+CODES: dict[str, type[Code]] = {
+    "device_state": DeviceState,
+    "validity": Validity,
+    "decision": Decision,
+    "ingot_orientation": Orientation,
+    "ingot_validity": Validity,
+}
+"""Registers that hold a code."""

@@ -1,4 +1,4 @@
-"""The register map as Markdown, CSV, JSON and IEC 61131-3 structured text, each made from the one table."""
+"""The register map as Markdown, CSV and JSON, made from the one table; `plc.structured_text` makes programs."""
 
 import csv
 import io
@@ -6,9 +6,11 @@ import json
 import math
 from collections.abc import Sequence
 
+from plc.codes import CODES, Bits, NamedBit
 from plc.registers import INGOT_RING, MAP_VERSION, MEASUREMENTS, READING_RING, REGISTERS
 from plc.rows import Register, Table, select
 
+_NO_BITS: Bits = {}
 _Entry = dict[str, str | int | float | None]
 
 _COLUMNS: tuple[str, ...] = (
@@ -23,30 +25,38 @@ _COLUMNS: tuple[str, ...] = (
     "access",
     "text",
 )
-_IEC_TYPES = {
-    "u16": "UINT",
-    "i16": "INT",
-    "u32": "UDINT",
-    "i32": "DINT",
-    "u64": "ULINT",
-    "f32": "REAL",
-    "bool": "BOOL",
-}
 _HEADINGS: dict[Table, str] = {
-    "input": "Input registers (function 4)",
-    "holding": "Holding registers (functions 3, 6, 16, 23)",
-    "discrete": "Discrete inputs (function 2)",
-    "coil": "Coils (functions 1, 5, 15)",
+    "input": "Input registers",
+    "holding": "Holding registers",
+    "discrete": "Discrete inputs",
+    "coil": "Coils",
 }
+_MODICON: dict[Table, int] = {"input": 30001, "holding": 40001, "discrete": 10001, "coil": 1}
+_READ_BY: dict[Table, int] = {"input": 4, "holding": 3, "discrete": 2, "coil": 1}
+_WRITTEN_BY: dict[Table, tuple[int, ...]] = {"holding": (6, 16, 23), "coil": (5, 15)}
+_CSV_COLUMNS: tuple[str, ...] = (
+    *_COLUMNS,
+    "address_1_based",
+    "modicon",
+    "functions",
+    "lower",
+    "upper",
+    "bits",
+    "codes",
+)
+_BYTE_ORDER_MARK = "\ufeff"
 
 
 def _all_entries() -> list[_Entry]:
     return [entry for table in _HEADINGS for entry in _entries(table)]
 
 
+def _rows(table: Table) -> list[Register]:
+    return sorted((row for row in REGISTERS if table in row.tables), key=lambda row: row.address)
+
+
 def _entries(table: Table) -> list[_Entry]:
-    rows = sorted((row for row in REGISTERS if table in row.tables), key=lambda row: row.address)
-    return [_entry(row, table) for row in rows]
+    return [_entry(row, table) for row in _rows(table)]
 
 
 def _entry(row: Register, table: Table) -> _Entry:
@@ -72,37 +82,109 @@ def _text(row: Register) -> str:
     return f"{row.text}; {row.lower:g} to {row.upper:g}, 0 = not set"
 
 
-def to_json() -> str:
+def own_bits() -> Bits:
+    """Bits of the words that repeat alarms and states."""
+    alarms = select(REGISTERS, "coil", "r")
+    states = [row for row in select(REGISTERS, "discrete", "r") if row.tables == ("discrete",)]
+    return {
+        "alarm_word": [NamedBit(row.address, row.name, row.text) for row in alarms if not row.spare],
+        "status_word": [NamedBit(bit, row.name, row.text) for bit, row in enumerate(states)],
+    }
+
+
+def to_json(bits: Bits = _NO_BITS) -> str:
     """Register map as JSON: one row per table, so that a measurement stands twice.
 
     `invalid` is the number in the words that means "no value" before scaling ("NaN" for floats), null in rows
-    that always have one.
+    that always have one. `bits` and `codes` name what single bits and numbers of a register say.
+
+    Parameters
+    ----------
+    bits : mapping of str to sequence of NamedBit
+        By register, those that are not the map's own.
     """
-    registers = [entry for table in _HEADINGS for entry in _entries(table)]
-    return json.dumps({"map_version": MAP_VERSION, "registers": registers}, indent=1, ensure_ascii=False) + "\n"
+    document = {
+        "map_version": MAP_VERSION,
+        "registers": _all_entries(),
+        "bits": [
+            {"register": register, **named._asdict()}
+            for register, row in ({**bits, **own_bits()}).items()
+            for named in row
+        ],
+        "codes": [
+            {"register": register, "value": value, "text": text}
+            for register, code in CODES.items()
+            for value, text in code.texts().items()
+        ],
+    }
+    return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
 
 
-def to_csv() -> str:
-    """Register map as comma-separated values with a heading line and the columns of the JSON form."""
+def to_csv(bits: Bits = _NO_BITS, *, byte_order_mark: bool = False) -> str:
+    """Register map as comma-separated values with a heading line: the columns of the JSON form, and what tools need.
+
+    Parameters
+    ----------
+    bits : mapping of str to sequence of NamedBit
+        By register, those that are not the map's own.
+    byte_order_mark : bool
+        Whether it begins with the mark by which Excel knows UTF-8.
+    """
     text = io.StringIO()
-    writer = csv.DictWriter(text, _COLUMNS, lineterminator="\n")
+    writer = csv.DictWriter(text, _CSV_COLUMNS, lineterminator="\n")
     writer.writeheader()
-    for entry in _all_entries():
-        writer.writerow(entry)
-    return text.getvalue()
+    known = {**bits, **own_bits()}
+    for table in _HEADINGS:
+        writer.writerows(_csv_entry(row, table, known) for row in _rows(table))
+    return _BYTE_ORDER_MARK * byte_order_mark + text.getvalue()
 
 
-def to_markdown() -> str:
-    """Register map as Markdown, a table of rows for each Modbus table."""
-    sections = [_markdown_section(table, heading) for table, heading in _HEADINGS.items()]
+def _csv_entry(row: Register, table: Table, bits: Bits) -> _Entry:
+    functions = (_READ_BY[table], *(_WRITTEN_BY.get(table, ()) if row.access == "rw" else ()))
+    codes = CODES[row.name].texts() if row.name in CODES else {}
+    return _entry(row, table) | {
+        "address_1_based": row.address + 1,
+        "modicon": _modicon(row, table),
+        "functions": " ".join(map(str, functions)),
+        "lower": row.lower,
+        "upper": row.upper,
+        "bits": "; ".join(f"{named.bit} {named.name}" for named in bits.get(row.name, ())),
+        "codes": "; ".join(f"{value} {text}" for value, text in codes.items()),
+    }
+
+
+def _modicon(row: Register, table: Table) -> str:
+    """Address as PLCs of the Modicon kind count it, 1-based, the table in front."""
+    return f"{_MODICON[table] + row.address:05d}"
+
+
+def _functions(table: Table) -> str:
+    written = _WRITTEN_BY.get(table, ())
+    return f"read with function {_READ_BY[table]}" + (
+        f", written with {', '.join(map(str, written))}" if written else ""
+    )
+
+
+def to_markdown(bits: Bits = _NO_BITS) -> str:
+    """Register map as Markdown, a table of rows for each Modbus table, and the names of bits.
+
+    Parameters
+    ----------
+    bits : mapping of str to sequence of NamedBit
+        By register, those that are not the map's own.
+    """
+    sections = [_markdown_section(table, f"{heading}: {_functions(table)}") for table, heading in _HEADINGS.items()]
+    words = [_markdown_bits(register, named) for register, named in ({**bits, **own_bits()}).items()]
     return "\n".join(
         [
             f"# Register map, version {MAP_VERSION}\n",
-            "Addresses are 0-based, as on the wire. A value is scale x number; `invalid` is the number that",
-            "means no value. The most significant word comes first unless the gauge is set otherwise.",
+            "Addresses are 0-based, as on the wire; in brackets as PLCs of the Modicon kind count them: from 1, the",
+            "table in front. A value is scale x number; `invalid` is the number that means no value. The most",
+            "significant word comes first unless the gauge is set otherwise.",
             f"Words {_ends(MEASUREMENTS)} are one block, which one request reads whole; so are the rings of the",
             f"last readings ({_ends(READING_RING)}) and of the last ingots ({_ends(INGOT_RING)}).\n",
             *sections,
+            *words,
         ]
     )
 
@@ -115,42 +197,22 @@ def _markdown_section(table: Table, heading: str) -> str:
     columns = [column for column in _COLUMNS if column != "table"]
     lines = [f"## {heading}\n", _markdown_line(columns), _markdown_line(["---"] * len(columns))]
     lines += [
-        _markdown_line(["" if entry[column] is None else str(entry[column]) for column in columns])
-        for entry in _entries(table)
+        _markdown_line([_cell(column, entry[column], row, table) for column in columns])
+        for row, entry in zip(_rows(table), _entries(table), strict=True)
     ]
     return "\n".join(lines) + "\n"
 
 
+def _cell(column: str, content: object, row: Register, table: Table) -> str:
+    if column == "address":
+        return f"{content} ({_modicon(row, table)})"
+    return "" if content is None else str(content)
+
+
+def _markdown_bits(register: str, bits: Sequence[NamedBit]) -> str:
+    lines = [f"- {named.bit} `{named.name}`: {named.text}" for named in bits]
+    return "\n".join([f"## Bits of `{register}`\n", *lines, ""])
+
+
 def _markdown_line(cells: Sequence[str]) -> str:
     return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
-
-
-def to_structured_text() -> str:
-    """Register map as IEC 61131-3 structured text: a structure for each contiguous run of addresses.
-
-    Every value stands at a multiple of its own length, so compilers that align structures add no padding.
-    """
-    runs = (
-        ("HOTGAUGE_MEASUREMENT", "input and holding registers", select(REGISTERS, "input", "r", "measurement")),
-        ("HOTGAUGE_READING_RING", "input and holding registers", select(REGISTERS, "input", "r", "reading_ring")),
-        ("HOTGAUGE_INGOT_RING", "input and holding registers", select(REGISTERS, "input", "r", "ingot_ring")),
-        ("HOTGAUGE_SET_POINTS", "holding registers", select(REGISTERS, "holding", "rw")),
-        ("HOTGAUGE_ALARMS", "coils", select(REGISTERS, "coil", "r")),
-        ("HOTGAUGE_COMMANDS", "coils", select(REGISTERS, "coil", "rw")),
-        ("HOTGAUGE_DISCRETE_INPUTS", "discrete inputs", select(REGISTERS, "discrete", "r")),
-    )
-    return f"(* Hotgauge register map, version {MAP_VERSION} *)\n" + "".join(
-        _structure(name, place, rows) for name, place, rows in runs
-    )
-
-
-def _structure(name: str, place: str, rows: Sequence[Register]) -> str:
-    heading = f"(* {place} {rows[0].address} to {rows[-1].end - 1} *)"
-    members = "".join(f"    {row.name} : {_IEC_TYPES[row.type]}; (* {row.address}: {_remark(row)} *)\n" for row in rows)
-    return f"\nTYPE {name} : {heading}\nSTRUCT\n{members}END_STRUCT;\nEND_TYPE\n"
-
-
-def _remark(row: Register) -> str:
-    scale = "" if row.scale == 1 else f"{row.scale:g} "
-    unit = f", {scale}{row.unit}" if row.unit else ""
-    return _text(row) + unit

@@ -1,18 +1,19 @@
 """Reads a gauge as a PLC does, on pymodbus, and shows what it read in words."""
 
 import logging
+import struct
 import time
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 
 from pymodbus import ModbusException
 from pymodbus.client import ModbusTcpClient
 from pymodbus.pdu import ModbusPDU
 
-from plc.codes import DeviceState, Orientation, Validity
-from plc.process_image import decode, decode_discretes
-from plc.registers import DISCRETES, MEASUREMENTS, REGISTERS
+from plc.codes import CODES, Bits, NamedBit, Orientation
+from plc.process_image import decode, decode_discretes, decode_set_points
+from plc.registers import DISCRETES, MEASUREMENTS, REGISTERS, SET_POINTS
 from plc.rows import WordOrder, select
 
 # PollError says it in one sentence; without a handler the library would print its own beside it
@@ -32,7 +33,18 @@ _SHOWN = (
     "windows_kept",
     "windows_total",
     "frames_dropped",
+    "deviation",
+    "correction",
+    "bar_sequence",
+    "bar_min",
+    "bar_mean",
+    "bar_max",
+    "clients_refused",
 )
+_ALL = [row.name for row in select(REGISTERS, "input", "r", "measurement") if not row.spare and row.name not in CODES]
+_SET_POINT_ROWS = {row.name: row for row in select(REGISTERS, "holding", "rw")}
+_BIT_WORDS = {"reason_word": "reason", "fault_word": "fault", "ingot_reason_word": "ingot reason"}
+_NO_BITS: Bits = {}
 
 
 class PollError(Exception):
@@ -50,12 +62,15 @@ class Snapshot:
     discretes : dict of str to bool
         Alarms and states.
     elapsed_ms : float
-        Time that both requests took.
+        Time that all requests took.
+    set_points : dict of str to float, int or None
+        What the PLC has written, in the units of the map; None for what is not set.
     """
 
     values: dict[str, float | int | None]
     discretes: dict[str, bool]
     elapsed_ms: float
+    set_points: dict[str, float | int | None] = field(default_factory=dict[str, "float | int | None"])
 
     @property
     def whole(self) -> bool:
@@ -113,12 +128,19 @@ def scan(client: ModbusTcpClient, place: str, word_order: WordOrder) -> Snapshot
     try:
         block = client.read_input_registers(MEASUREMENTS.start, count=len(MEASUREMENTS))
         bits = client.read_discrete_inputs(DISCRETES.start, count=len(DISCRETES))
+        written = client.read_holding_registers(SET_POINTS.start, count=len(SET_POINTS))
     except (ModbusException, OSError) as error:
         raise PollError(f"{place}: connection lost; check that the gauge runs ({error})") from error
-    for answer in (block, bits):
+    for answer in (block, bits, written):
         _refuse_exception(answer, place)
     elapsed_ms = 1000 * (time.monotonic() - begun)
-    return Snapshot(decode(block.registers, word_order=word_order), decode_discretes(bits.bits), elapsed_ms)
+    numbers = decode_set_points(struct.pack(f">{len(SET_POINTS)}H", *written.registers), word_order=word_order)
+    return Snapshot(
+        decode(block.registers, word_order=word_order),
+        decode_discretes(bits.bits),
+        elapsed_ms,
+        {name: _SET_POINT_ROWS[name].to_value(number) or None for name, number in numbers.items()},
+    )
 
 
 def _refuse_exception(answer: ModbusPDU, place: str) -> None:
@@ -127,12 +149,16 @@ def _refuse_exception(answer: ModbusPDU, place: str) -> None:
         raise PollError(f"{place}: answers Modbus exception {code}; check that this is a gauge of this version")
 
 
-def snapshot_lines(snapshot: Snapshot) -> list[str]:
+def snapshot_lines(snapshot: Snapshot, bits: Bits = _NO_BITS, *, everything: bool = False) -> list[str]:
     """Render a snapshot as lines for people.
 
     Parameters
     ----------
     snapshot : Snapshot
+    bits : mapping of str to sequence of NamedBit
+        Names of the bits of `reason_word`, `ingot_reason_word` and `fault_word`; without: their numbers.
+    everything : bool
+        Every row of the measurement block, and not only what people look at.
 
     Returns
     -------
@@ -142,20 +168,57 @@ def snapshot_lines(snapshot: Snapshot) -> list[str]:
         return ["the test value reads wrongly: this is not a gauge, or the word order is the other one"]
     values = snapshot.values
     exposed = values["timestamp"]
-    reasons = int(values["reason_word"] or 0)
     states = [name for name, on in snapshot.discretes.items() if on and not name.startswith("alarm_")]
     lines = [
         f"{'sequence':<26}{values['sequence']}, heartbeat {values['heartbeat']}",
-        f"{'device_state':<26}{_named(values['device_state'], DeviceState.texts())}",
-        f"{'validity':<26}{_named(values['validity'], Validity.texts() | {0: 'no value'})}, reasons {reasons:#010x}",
-        *(_line(name, values[name]) for name in _SHOWN),
+        _code_line("device_state", values["device_state"]),
+        f"{_code_line('validity', values['validity'])}, reasons {int(values['reason_word'] or 0):#010x}",
+        _code_line("decision", values["decision"]),
+        *_bit_lines(snapshot, bits),
+        *(_line(name, values[name]) for name in (_ALL if everything else _SHOWN)),
         *_ingot_lines(values),
+        *(_line(name, value) for name, value in snapshot.set_points.items()),
         f"{'timestamp':<26}{'no value' if exposed is None else _utc(exposed)}",
         f"{'states':<26}{', '.join(states) or 'none'}",
         f"{'alarms':<26}{', '.join(snapshot.alarms) or 'none'}",
         f"{'answered in':<26}{snapshot.elapsed_ms:.1f} ms",
     ]
     return lines if snapshot.whole else [*lines, "torn: the first and the last word of the block differ"]
+
+
+def to_record(snapshot: Snapshot, bits: Bits = _NO_BITS) -> dict[str, object]:
+    """A snapshot for programs: values by register, and what is on by name.
+
+    Parameters
+    ----------
+    snapshot : Snapshot
+    bits : mapping of str to sequence of NamedBit
+        As for `snapshot_lines`.
+    """
+    return {
+        "values": snapshot.values,
+        "set_points": snapshot.set_points,
+        "states": [name for name, on in snapshot.discretes.items() if on and not name.startswith("alarm_")],
+        "alarms": snapshot.alarms,
+        **{word: [named.name for named in _set_bits(snapshot, word, bits)] for word in _BIT_WORDS},
+        "whole": snapshot.whole,
+        "elapsed_ms": round(snapshot.elapsed_ms, 3),
+    }
+
+
+def _set_bits(snapshot: Snapshot, word: str, bits: Bits) -> list[NamedBit]:
+    number = int(snapshot.values[word] or 0)
+    named = {one.bit: one for one in bits.get(word, ())}
+    on = [bit for bit in range(number.bit_length()) if number >> bit & 1]
+    return [named.get(bit, NamedBit(bit, f"bit {bit}", "")) for bit in on]
+
+
+def _bit_lines(snapshot: Snapshot, bits: Bits) -> list[str]:
+    lines: list[str] = []
+    for word, title in _BIT_WORDS.items():
+        on = _set_bits(snapshot, word, bits)
+        lines += [f"{title:<26}{one.name}{': ' if one.text else ''}{one.text}" for one in on]
+    return lines
 
 
 def _ingot_lines(values: Mapping[str, float | int | None]) -> list[str]:
@@ -169,12 +232,15 @@ def _ingot_lines(values: Mapping[str, float | int | None]) -> list[str]:
 def _line(name: str, value: float | None) -> str:
     if value is None:
         return f"{name:<26}no value"
+    if name in CODES:
+        return _code_line(name, value)
     number = f"{value:.3f}" if isinstance(value, float) else str(value)
     return f"{name:<26}{number} {_UNITS[name]}".rstrip()
 
 
-def _named(code: float | None, names: dict[int, str]) -> str:
-    return f"{code} {names.get(int(code or 0), 'unknown')}"
+def _code_line(name: str, code: float | None) -> str:
+    text = CODES[name].texts().get(int(code or 0), "unknown to this version")
+    return f"{name:<26}{code} {'no value' if name == 'validity' and not code else text}"
 
 
 def _utc(since_1970_ms: float) -> str:

@@ -18,7 +18,10 @@ from plc.codes import Decision, DeviceState, Orientation, Validity
 from plc.rings import INGOT_SLOT, READING_SLOT, ring
 from plc.rows import NO_VALUE, Block, Register, Table, Type, select, span, spare
 
-MAP_VERSION = 3
+MAP_VERSION = 4
+WORDS_END = 625  # of input and holding registers: whole requests of 125 words, as tools of plants read them
+SHELVE_FIRST = 34  # coil that shelves alarm 0
+BITS_END = 64  # of coils and discrete inputs: whole groups of 16 or 32
 
 BLOCKS: tuple[Block, ...] = ("measurement", "reading_ring", "ingot_ring")
 _BLOCK: tuple[Table, ...] = ("input", "holding")
@@ -92,6 +95,17 @@ def _set_point(
     )
 
 
+_ALARMS = (
+    _alarm(0, "alarm_wrong_orientation", "an ingot lies with its top towards the line"),
+    _alarm(1, "alarm_out_of_tolerance", "the bar is out of tolerance"),
+    _alarm(2, "alarm_low_trust", "the diameter cannot be trusted"),
+    _alarm(3, "alarm_camera", "a camera is lost or cannot be believed"),
+    _alarm(4, "alarm_stale", "the newest reading is too old"),
+    _alarm(5, "alarm_calibration", "the calibration is missing or due"),
+    _alarm(6, "alarm_plc_silent", "plc_heartbeat stands still"),
+    _alarm(7, "alarm_internal", "the gauge itself has failed"),
+)
+
 _STATUS = (
     _status(16, "measurement_valid", "validity is not 0"),
     _status(17, "bar_present", "a hot bar is in the measuring region"),
@@ -129,7 +143,12 @@ REGISTERS: tuple[Register, ...] = (
     _measured(28, "trust", "%", "how far diameter can be trusted, 0 to 100"),
     _measured(30, "deviation", "mm", "diameter minus target_diameter, cold if a grade is set, else hot"),
     _measured(32, "correction", "mm", "advised change of the stand's gap; positive opens"),
-    _measured(34, "alignment_quality", "%", "alignment of the two views, signed; 0 is perfect"),
+    _measured(
+        34,
+        "alignment_quality",
+        "%",
+        "overlap of the two views' outlines, 100 at a match; below 99, negative says that the board lies too low",
+    ),
     _measured(36, "plane_height", "mm", "height of the virtual board over the conveyor plane"),
     _measured(38, "bar_min", "mm", "smallest diameter of the bar so far"),
     _measured(40, "bar_mean", "mm", "mean diameter of the bar so far"),
@@ -166,7 +185,11 @@ REGISTERS: tuple[Register, ...] = (
     _state(
         80, "fault_word", "one bit for each fault of the fault table, set until a latching one is acknowledged", "u32"
     ),
-    *(spare(address, "measurement") for address in range(82, 119)),
+    _state(
+        82, "clients_refused", "clients turned away since the start: too many, no certificate, no descriptors", "u32"
+    ),
+    _state(84, "alarms_shelved", "bit n: alarm coil n is shelved and not shown"),
+    *(spare(address, "measurement") for address in range(85, 119)),
     _state(119, "sequence_check", "sequence again; last word of the block", shows="sequence"),
     _set_point(200, "target_diameter", "mm", (10, 655.34), "wanted diameter; cold if a grade is set, else hot"),
     _set_point(201, "tolerance_plus", "mm", (0.01, 50), "allowed above the target"),
@@ -175,18 +198,15 @@ REGISTERS: tuple[Register, ...] = (
     _set_point(204, "product_id", "", None, "the mill's number of the product, its words writable alone", type_="u32"),
     _set_point(206, "expansion_grade", "", (1, 99), "steel grade, a row of the expansion table"),
     _set_point(207, "plc_heartbeat", "", None, "any number that keeps changing while the PLC runs"),
-    _alarm(0, "alarm_wrong_orientation", "an ingot lies with its top towards the line"),
-    _alarm(1, "alarm_out_of_tolerance", "the bar is out of tolerance"),
-    _alarm(2, "alarm_low_trust", "the diameter cannot be trusted"),
-    _alarm(3, "alarm_camera", "a camera is lost or cannot be believed"),
-    _alarm(4, "alarm_stale", "the newest reading is too old"),
-    _alarm(5, "alarm_calibration", "the calibration is missing or due"),
-    _alarm(6, "alarm_plc_silent", "plc_heartbeat stands still"),
-    _alarm(7, "alarm_internal", "the gauge itself has failed"),
+    *_ALARMS,
     *(_alarm(bit, f"alarm_spare_{bit}", "reserved for growth of the map, reads 0") for bit in range(8, 16)),
     *_STATUS,
     _command(32, "acknowledge", "0 -> 1 acknowledges all alarms"),
     _command(33, "hold", "1 holds the gauge: function check, validity off, alarms suppressed"),
+    *(
+        _command(SHELVE_FIRST + row.address, f"shelve_{row.name.removeprefix('alarm_')}", f"0 -> 1 shelves {row.name}")
+        for row in _ALARMS
+    ),
     *ring(300, "reading_ring", "reading", READING_SLOT),
     *ring(420, "ingot_ring", "ingot", INGOT_SLOT),
 )

@@ -21,8 +21,8 @@ from vision.sent_picture import Codes, Coding
 Array = NDArray[np.float64]
 Table = NDArray[np.float32]
 
-SHARES = np.linspace(-0.5, 2.0, 1001)  # of the bar in a pixel: noise, and what is darker or brighter than its plateau
-CURVE_CODES = np.linspace(0.0, 1.0, 4097)
+SHARES = np.linspace(-0.5, 2.0, 501)  # of the bar in a pixel: noise, and what is darker or brighter than its plateau
+CURVE_CODES = np.linspace(0.0, 1.0, 2049)
 LEAST_STEP = 0.02  # of the brightest channel's step: a channel with less says nothing of the share
 EXCESSES = np.geomspace(1.0, 5.0, 24)  # light of an overexposed channel over what it shows
 READ_NOISE = 0.02  # light whose shot noise equals the sensor's own
@@ -78,6 +78,7 @@ class Decoder:
         self.response: Response = response
         self._table = cache(self._new_table)
         self.shown = self._table(Coding("grey"))[0]
+        self._curve = light_of(CURVE_CODES, response)
         self._clipped_light = float(self.shown[CLIPPED_CODE])
 
     def planes(
@@ -137,7 +138,7 @@ class Decoder:
         return LightPlane(0, table[None], ONE_SITE, clipped_light, bool(clipped.any()))
 
     def _encoded(self, light: Array) -> Array:
-        return np.interp(light, light_of(CURVE_CODES, self.response), CURVE_CODES)
+        return np.interp(light, self._curve, CURVE_CODES)
 
     def _mosaic_planes(self, coding: Coding, dark: Array, bright: Array, inside: Array) -> list[LightPlane]:
         """The whole mosaic; then without the channels that may be overexposed."""

@@ -1,11 +1,15 @@
 """Commands about the computer that the gauge runs on: check-config, install, doctor."""
 
 import argparse
+import socket
 from pathlib import Path
 
+from appliance.command_options import CommandError
 from appliance.settings.masking import mask
 from appliance.settings.table import in_force
 from appliance.supervisor import settings as settings_file
+from appliance.supervisor.settings import PlcSettings
+from plc.security.addresses import served_in_words
 
 EXIT_CHECKS_FAILED = 1
 
@@ -16,9 +20,27 @@ def add_check_config(command: argparse.ArgumentParser) -> None:
 
 def run_check_config(given: argparse.Namespace) -> None:
     settings = settings_file.load(given.config)
-    print(f"# {given.config or 'the defaults'}: good; in force:")
+    file = given.config or "the defaults"
+    served = _served(settings.plc, file)
+    print(f"# {file}: good; {served}; in force:")
     for row, value in in_force(settings):
         print(f"{row.key} = {mask(value)}  # {row.allowed}; {row.text}" if value else f"# {row.key}  # {row.text}")
+
+
+def _served(plc: PlcSettings, file: object) -> str:
+    """What the server would serve; raises where the host is unknown here, or a certificate cannot be used."""
+    from plc.security.identity import CertificateError, Identity
+
+    try:
+        socket.getaddrinfo(plc.host, None)
+        if plc.tls.files is not None:
+            Identity.load(plc.tls.files)
+    except socket.gaierror as error:
+        advice = "give an address of this computer, or a name that it knows"
+        raise CommandError(f"{file}: plc.host: no host {plc.host} is known here; {advice}") from error
+    except CertificateError as error:
+        raise CommandError(f"{file}: {error}") from error
+    return f"it serves {served_in_words(plc.host)}"
 
 
 def add_install(command: argparse.ArgumentParser) -> None:

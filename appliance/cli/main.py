@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import NoReturn
 
-from appliance.cli import calibrate, computer, fuse, history, measure, orient, plc, serve, simulate, train
+from appliance.cli import calibrate, certificates, computer, fuse, history, measure, orient, plc, serve, simulate, train
 from appliance.cli.common import add_config
 from appliance.command_options import CommandError
 from appliance.errors import HotgaugeError
@@ -124,5 +124,10 @@ COMMANDS: dict[str, tuple[_Run, str, _AddArguments]] = {
         computer.add_install,
     ),
     "doctor": (computer.run_doctor, "Check settings, rig, cameras, port, service, disk and memory", add_config),
+    "certificates": (
+        certificates.run_certificates,
+        "Make the certificates of the secure port and of its clients",
+        certificates.add_certificates,
+    ),
     "poll": (plc.run_poll, "Show a gauge's live values, as a PLC reads them", plc.add_poll),
 }

@@ -11,9 +11,10 @@ from pathlib import Path
 from appliance.cli.common import add_config
 from appliance.service import systemd as service
 from appliance.supervisor import settings as settings_file
-from appliance.supervisor.settings import Settings, state_folder
+from appliance.supervisor.settings import PlcSettings, Settings, state_folder
 from appliance.supervisor.supervisor import Supervisor
 from plc.registers import REGISTERS
+from plc.security.addresses import EVERY, served_in_words
 
 
 def run_gauge(given: argparse.Namespace) -> None:
@@ -84,12 +85,25 @@ def welcome(settings: Settings, port: int) -> list[str]:
     order = " -B" if settings.plc.word_order == "big" else ""
     source = settings.sizing.camera.in_words
     lines = [
-        f"Hotgauge measures {source} and serves Modbus TCP on {settings.plc.host}:{port}",
-        f"  live values      hotgauge poll {host} --port {port}",
-        f"  diameter, in mm  mbpoll -m tcp -a 1 -p {port} -0 -1 -t 3:float{order} -r {address} {host}",
+        f"Hotgauge measures {source} and serves Modbus TCP on {_place(settings.plc, port)}",
         "  register map     hotgauge registers --format markdown",
         "  stop             Ctrl-C",
     ]
+    if settings.plc.plain:
+        lines[1:1] = [
+            f"  live values      hotgauge poll {host} --port {port}",
+            f"  diameter, in mm  mbpoll -m tcp -a 1 -p {port} -0 -1 -t 3:float{order} -r {address} {host}",
+        ]
+    if settings.plc.host == EVERY:
+        lines.append(f"  served           {served_in_words(EVERY)}")
     if settings.plc.writes != "none" and state_folder(settings.plc) is None:
         lines.append("  set points       kept in memory only; set plc.state_directory to keep them over a restart")
     return lines
+
+
+def _place(plc: PlcSettings, port: int) -> str:
+    """Where the server listens, with every port."""
+    host = f"[{plc.host}]" if ":" in plc.host else plc.host
+    plain = [f"{host}:{port}"] if plc.plain else []
+    secure = [f"{host}:{plc.tls.port} with TLS"] if plc.tls.files is not None else []
+    return " and ".join(plain + secure)

@@ -25,6 +25,7 @@ Written = dict[str, int | bool]
 Report = Callable[[str, str], None]
 """Receives the name of a fault and its detail; an empty detail ends the fault."""
 
+_NOTHING_SET = SetPoints()
 _NOT_KEPT = {"plc_heartbeat"}
 _ROWS = {row.name: row for row in select(REGISTERS, "holding", "rw") if row.name not in _NOT_KEPT}
 
@@ -93,16 +94,20 @@ class PlcInputs:
         Folder of the file; None keeps the values in memory only.
     report : callable
         Receives the name of a fault of the disk and its detail; an empty detail ends the fault.
+    settings : SetPoints
+        What counts as long as the PLC has not set it.
 
     Attributes
     ----------
+    settings : SetPoints
     written : dict of str to int or bool
         Unscaled numbers of set points and levels of commands, by name.
     heartbeat_s : float or None
         Monotonic time at which the PLC last changed its heartbeat; None before the first time.
     """
 
-    def __init__(self, folder: Path | None, report: Report) -> None:
+    def __init__(self, folder: Path | None, report: Report, settings: SetPoints = _NOTHING_SET) -> None:
+        self.settings = settings
         self.written: Written = {}
         self.heartbeat_s: float | None = None
         self._file = None if folder is None else folder / FILE_NAME
@@ -123,8 +128,8 @@ class PlcInputs:
 
     @property
     def points(self) -> SetPoints:
-        """Target, tolerances, temperature and grade."""
-        return SetPoints.from_words(self.written)
+        """Target, tolerances, temperature and grade; what the PLC has set counts more than the settings."""
+        return SetPoints.from_words(self.written).over(self.settings)
 
     @property
     def held(self) -> bool:

@@ -1,9 +1,10 @@
-"""Set points of the PLC in their units: target, tolerances, temperature and grade."""
+"""What the mill wants of a bar: target, tolerances, temperature and grade, from the PLC or from the settings."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Self
 
+from appliance.sizing.set_points import SetPointSettings, grade_of
 from plc.registers import REGISTERS
 
 _ROWS = {row.name: row for row in REGISTERS}
@@ -11,7 +12,7 @@ _ROWS = {row.name: row for row in REGISTERS}
 
 @dataclass(frozen=True, slots=True)
 class SetPoints:
-    """Set points of the PLC; None for each one that is not set."""
+    """What is wanted; None for what is not set."""
 
     target_mm: float | None = None
     tolerance_plus_mm: float | None = None
@@ -30,6 +31,22 @@ class SetPoints:
             temperature_c=_value(written, "steel_temperature"),
             grade=grade or None,
         )
+
+    @classmethod
+    def from_settings(cls, wanted: SetPointSettings) -> Self:
+        """Set points of the settings file."""
+        return cls(
+            target_mm=wanted.target_mm,
+            tolerance_plus_mm=wanted.tolerance_plus_mm,
+            tolerance_minus_mm=wanted.tolerance_minus_mm,
+            temperature_c=wanted.temperature_c,
+            grade=grade_of(wanted.grade) if wanted.grade else None,
+        )
+
+    def over(self, others: Self) -> Self:
+        """These set points, each that is not set taken from others."""
+        mine = {field.name: getattr(self, field.name) for field in fields(self)}
+        return replace(others, **{name: value for name, value in mine.items() if value is not None})
 
     @property
     def tolerance_mm(self) -> tuple[float, float] | None:

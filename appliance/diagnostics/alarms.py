@@ -2,8 +2,14 @@
 
 An alarm is active or not, and acknowledged or not; it is shown to the PLC as long as it is active or
 unacknowledged. Faults say what is wrong with the gauge; alarms call an operator.
+
+An alarm that comes and goes (ISA-18.2 calls it chattering) calls nobody any more. The third time within half a minute
+its off-delay is half a minute, until it has ended: so no alarm is shown anew more than three times in half a minute.
+An operator can shelve an alarm: it is not shown until a set time has passed, and then at once if it is still there.
 """
 
+import math
+from collections import deque
 from collections.abc import Iterable, Set
 from typing import Literal, NamedTuple
 
@@ -122,6 +128,9 @@ ALARMS: tuple[AlarmRow, ...] = (
     ),
 )
 
+CHATTER_TIMES = 3
+CHATTER_S = 30.0
+
 _ADDRESS = {row.name: row.address for row in REGISTERS if "coil" in row.tables}
 
 
@@ -132,8 +141,10 @@ class _State:
         self._row = row
         self.causes = frozenset(row.causes)
         self._differs_since_s: float | None = None
+        self._came_s: deque[float] = deque(maxlen=CHATTER_TIMES)
         self.active = False
         self.acknowledged = True
+        self.shelved_until_s = -math.inf
 
     def update(self, now_s: float, *, cause: bool) -> None:
         if cause == self.active:
@@ -141,11 +152,19 @@ class _State:
             return
         if self._differs_since_s is None:
             self._differs_since_s = now_s
-        delay_s = self._row.on_delay_s if cause else self._row.off_delay_s
+        delay_s = self._row.on_delay_s if cause else self._off_delay_s
         if now_s - self._differs_since_s >= delay_s:
             self._differs_since_s = None
             self.active = cause
             self.acknowledged = self.acknowledged and not cause
+            if cause:
+                self._came_s.append(now_s)
+
+    @property
+    def _off_delay_s(self) -> float:
+        came_s = self._came_s
+        chatters = len(came_s) == CHATTER_TIMES and came_s[-1] - came_s[0] <= CHATTER_S
+        return CHATTER_S if chatters else self._row.off_delay_s
 
 
 class Alarms:
@@ -154,6 +173,7 @@ class Alarms:
     def __init__(self) -> None:
         self._states = {row: _State(row) for row in ALARMS}
         self._suppressed = False
+        self._now_s = -math.inf
 
     def update(self, causes: Set[str], now_s: float, *, suppressed: bool) -> None:
         """Say what is there now.
@@ -168,6 +188,7 @@ class Alarms:
             While true no alarm comes and none is shown; what was unacknowledged before is shown again after.
         """
         self._suppressed = suppressed
+        self._now_s = now_s
         for state in self._states.values():
             state.update(now_s, cause=not (suppressed or causes.isdisjoint(state.causes)))
 
@@ -175,6 +196,27 @@ class Alarms:
         """Acknowledge every alarm that is there now."""
         for state in self._states.values():
             state.acknowledged = True
+
+    def shelve(self, name: str, until_s: float) -> None:
+        """Show an alarm no more until a moment; one that has passed shows it again.
+
+        Parameters
+        ----------
+        name : str
+            Its coil.
+        until_s : float
+            Monotonic time.
+
+        Raises
+        ------
+        ValueError
+            There is no such alarm.
+        """
+        for row, state in self._states.items():
+            if row.name == name:
+                state.shelved_until_s = until_s
+                return
+        raise ValueError(f"name: no alarm is called {name!r}")
 
     @property
     def word(self) -> int:
@@ -191,7 +233,16 @@ class Alarms:
         """Names of the alarms that nobody has acknowledged, whether they are still active or not."""
         return frozenset(row.name for row, state in self._states.items() if not state.acknowledged)
 
+    @property
+    def shelved_word(self) -> int:
+        """Bits of `alarms_shelved`: alarms that are not shown now, whether they are there or not."""
+        return sum(1 << _ADDRESS[row.name] for row, state in self._states.items() if self._is_shelved(state))
+
+    def _is_shelved(self, state: _State) -> bool:
+        return self._now_s < state.shelved_until_s
+
     def _shown(self) -> Iterable[AlarmRow]:
         if self._suppressed:
             return ()
-        return (row for row, state in self._states.items() if state.active or not state.acknowledged)
+        there = ((row, state) for row, state in self._states.items() if state.active or not state.acknowledged)
+        return (row for row, state in there if not self._is_shelved(state))

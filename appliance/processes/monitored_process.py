@@ -132,7 +132,10 @@ class MonitoredProcess(Generic[MessageT]):
 
     async def _live(self) -> str:
         """Run one process to its end and return why it ended."""
-        ours, theirs = socket.socketpair()
+        try:
+            ours, theirs = socket.socketpair()
+        except OSError as error:  # no descriptors
+            return f"the measuring process cannot be linked: {error}"
         with ours, theirs:
             try:
                 process = await _start(self._module, theirs.fileno())

@@ -19,9 +19,15 @@ from appliance.settings.file import SettingsError
 from appliance.sizing.method import ScaleError
 from appliance.supervisor.self_check import SelfCheck
 from appliance.supervisor.settings import Settings, load, state_folder
+from plc.listener import bind_error, listen
+from plc.security.addresses import EVERY, EVERY_IPV4, served_in_words
+from plc.security.secure_port import SecurePort
 
 PICTURE_TIMEOUT_S = 10.0  # chosen
 LEAST_FREE_SPACE_MB = 200  # chosen: of a disk; and memory that must remain beside the sizing station's
+
+
+_ASKED = {EVERY_IPV4: "127.0.0.1", EVERY: "::1"}  # of an address that is bound
 
 
 class Check(NamedTuple):
@@ -58,7 +64,16 @@ def examine(config: Path | None) -> Iterator[Check]:
         yield Check("settings", "BAD", str(error))
         return
     yield Check("settings", "good", f"{config or 'the defaults'}")
-    checks: tuple[Callable[[Settings], Check], ...] = (_scale, _cameras, _port, _service, _disk, _cache, _memory)
+    checks: tuple[Callable[[Settings], Check], ...] = (
+        _scale,
+        _cameras,
+        _port,
+        _secure_port,
+        _service,
+        _disk,
+        _cache,
+        _memory,
+    )
     for check in checks:
         yield check(settings)
 
@@ -88,31 +103,41 @@ def _cameras(settings: Settings) -> Check:
 
 
 def _port(settings: Settings) -> Check:
-    host, port = settings.plc.host, settings.plc.port
-    place = f"{host}:{port}"
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    plc = settings.plc
+    if not plc.plain:
+        return Check("port", "good", "plain Modbus is off (plc.plain)")
+    place = f"{plc.host}:{plc.port}"
     try:
-        with socket.socket(family) as probe:
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            probe.bind((host, port))
+        for bound in listen(plc.host, plc.port):
+            bound.close()
     except OSError as error:
-        if error.errno == errno.EADDRINUSE:
-            if asyncio.run(_answers(host, port)):
-                return Check("port", "good", f"{place}: a gauge answers")
-            return Check("port", "BAD", f"{place}: used by something else; stop it or set plc.port")
+        if error.errno == errno.EADDRINUSE and asyncio.run(_answers(plc.host, plc.port)):
+            return Check("port", "good", f"{place}: a gauge answers")
         if error.errno == errno.EACCES:
             return Check("port", "note", f"{place}: only root and the service may use it")
-        return Check("port", "BAD", f"{place}: {error.strerror}; set plc.host to an address of this computer")
-    where = "this computer only; set plc.host for others" if host.startswith("127.") else "free"
-    return Check("port", "good" if where == "free" else "note", f"{place}: {where}")
+        return Check("port", "BAD", bind_error(error, plc.host, plc.port, "plc.port").sentence)
+    served = served_in_words(plc.host)
+    return Check("port", "note" if "only" in served else "good", f"{place}: free; it serves {served}")
 
 
 async def _answers(host: str, port: int) -> bool:
-    check = SelfCheck(host, port)
+    check = SelfCheck(lambda: socket.create_connection((_ASKED.get(host, host), port), timeout=2.0))
     try:
         return await check.heartbeat() is not None
     finally:
         check.close()
+
+
+def _secure_port(settings: Settings) -> Check:
+    files = settings.plc.tls.files
+    if files is None:
+        return Check("tls", "note", "none; see plc.tls and hotgauge certificates")
+    secure = SecurePort(settings.plc.tls.port, files)
+    asyncio.run(secure.load())
+    if secure.trouble:
+        return Check("tls", "BAD", secure.trouble)
+    due = secure.due()
+    return Check("tls", "BAD" if due else "good", due or "its certificate and the authority are in order")
 
 
 def _service(_: Settings) -> Check:

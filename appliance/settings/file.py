@@ -82,7 +82,7 @@ def _place(location: tuple[int | str, ...], rows: tuple[SettingRow, ...]) -> tup
     """Dotted key of an error, and the kinds of the sections that hold it, outermost first."""
     choosing = {kind.key.rpartition(".")[0]: kind.key for row in rows for kind in row.kinds}
     key, kinds, chosen = "", list[Kind](), False
-    for part in map(str, location):
+    for part in (part for part in location if isinstance(part, str)):  # not the places in a list
         chosen = key in choosing and not chosen
         if chosen:
             kinds.append(Kind(choosing[key], part))

@@ -117,7 +117,7 @@ def as_toml(value: object) -> str:
         return ""
     if isinstance(value, bool):
         return str(value).lower()
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else str(value)
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, (str, list)) else str(value)
 
 
 def _allowed(field: _JsonSchema) -> str:
@@ -129,15 +129,19 @@ def _allowed(field: _JsonSchema) -> str:
         "integer": "a whole number",
         "number": "a number",
         "boolean": "true or false",
-        "array": "a list [x, y, width, height]",
+        "array": 'a list ["...", ...]' if _items(kind) == "string" else "a list [x, y, width, height]",
     }
     name = names.get(kind["type"], f"a {kind.get('format', 'text')}")
-    return " ".join(part for part in (name, _bounds(field), field.get("unit", "")) if part)
+    return " ".join(part for part in (name, _bounds(kind), field.get("unit", "")) if part)
 
 
-def _bounds(field: _JsonSchema) -> str:
-    if "maximum" not in field:
+def _items(kind: _JsonSchema) -> str:
+    return kind.get("items", {}).get("type", "")
+
+
+def _bounds(kind: _JsonSchema) -> str:
+    if "maximum" not in kind:
         return ""
-    excluded = "exclusiveMinimum" in field
-    lower = f"above {field['exclusiveMinimum']:g} up" if excluded else f"from {field['minimum']:g}"
-    return f"{lower} to {field['maximum']:.12g}"
+    excluded = "exclusiveMinimum" in kind
+    lower = f"above {kind['exclusiveMinimum']:g} up" if excluded else f"from {kind['minimum']:g}"
+    return f"{lower} to {kind['maximum']:.12g}"

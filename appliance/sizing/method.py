@@ -15,6 +15,7 @@ from pydantic import Field
 from appliance.cameras.settings import ExposureSettings, LivenessSettings
 from appliance.errors import HotgaugeError
 from appliance.settings.section import Section, unit
+from appliance.sizing.set_points import SetPointSettings
 
 if TYPE_CHECKING:
     import numpy as np
@@ -89,6 +90,9 @@ class SizingMethod(Section, ABC):
         le=65536,
         description="Memory of each measuring process, above which it ends and is started again",
         json_schema_extra=unit("MB"),
+    )
+    set_points: SetPointSettings = Field(
+        default_factory=SetPointSettings, description="What is wanted of a bar if the PLC has not written it"
     )
     liveness: LivenessSettings = Field(default_factory=LivenessSettings, description="When pictures are believed")
     exposure: ExposureSettings = Field(default_factory=ExposureSettings, description="How bright edges may be")

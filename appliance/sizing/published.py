@@ -11,6 +11,14 @@ from vision.reasons import Reason
 LARGEST_AGE_MS = 0xFFFE  # largest age in a u16; 0xFFFF is "no value"
 
 
+MATCH_PERCENT = 99.0  # within an offset of 1 % of the bar's width: half a pixel on the narrowest bars
+
+
+def _settled(quality: float | None) -> float | None:
+    """Alignment quality with a sign only where it says something: at a match it would change from frame to frame."""
+    return quality if quality is None or abs(quality) < MATCH_PERCENT else abs(quality)
+
+
 PUBLISHED: dict[str, Callable[[SizeReading], Value]] = {
     "measurement_valid": lambda reading: reading.valid,
     "bar_present": lambda reading: Reason.NO_BAR not in reading.reasons,
@@ -18,7 +26,7 @@ PUBLISHED: dict[str, Callable[[SizeReading], Value]] = {
     "expanded_uncertainty": lambda reading: reading.expanded_uncertainty_mm if reading.valid else None,
     "diameter_virtual_board": lambda reading: reading.diameter_virtual_board_mm,
     "weighted_deviation": lambda reading: reading.weighted_deviation_mm,
-    "alignment_quality": lambda reading: reading.alignment_quality,
+    "alignment_quality": lambda reading: _settled(reading.alignment_quality),
     "plane_height": lambda reading: reading.plane_height_mm,
     "windows_kept": lambda reading: reading.windows_kept,
     "windows_total": lambda reading: reading.windows_total,

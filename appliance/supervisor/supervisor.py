@@ -7,26 +7,28 @@ hangs or floods the link, or a full disk, changes the values that are published 
 import asyncio
 import contextlib
 import logging
-import os
+import math
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from appliance.conformity.plc_inputs import PlcInputs
+from appliance.conformity.set_points import SetPoints
 from appliance.diagnostics.alarms import Alarms
 from appliance.diagnostics.faults import Faults
 from appliance.errors import HotgaugeError
 from appliance.history.keeper import HistoryKeeper
 from appliance.supervisor.clock_watch import WallClock
 from appliance.supervisor.ingot_client import INGOT, IngotClient, is_on
+from appliance.supervisor.plc_server import make_server, report_certificate
 from appliance.supervisor.self_check import SelfCheck
 from appliance.supervisor.settings import Settings, state_folder
 from appliance.supervisor.sizing_client import SIZING, SizingClient
 from appliance.supervisor.start_gate import StartGate, StartRefusedError
 from plc.codes import DeviceState
+from plc.listener import BindError
 from plc.process_image import encode
 from plc.rows import Value
-from plc.server import ModbusServer
 
 SWAP_PERIOD_S = 0.05  # half of the longest period allowed, 100 ms, so that a late wake-up stays within it
 HEARTBEAT_PERIOD_S = 0.1  # the heartbeat counts at 10 Hz
@@ -47,14 +49,10 @@ class Supervisor:
 
     def __init__(self, settings: Settings, *, wall: Callable[[], float] = time.time) -> None:
         self._settings = settings
-        self._server = ModbusServer(
-            settings.plc.host,
-            settings.plc.port,
-            writes=settings.plc.writes,
-            connections_max=settings.plc.connections_max + 1,  # one more for our own self-check
-            on_write=self._receive_write,
+        self._server = make_server(settings.plc, self._receive_write)
+        self._inputs = PlcInputs(
+            state_folder(settings.plc), self._report_disk, SetPoints.from_settings(settings.sizing.set_points)
         )
-        self._inputs = PlcInputs(state_folder(settings.plc), self._report_disk)
         self._faults = Faults(lambda: self._inputs.product_id)
         self._alarms = Alarms()
         self._clock = WallClock(wall)
@@ -63,6 +61,7 @@ class Supervisor:
         self._serving = asyncio.Event()
         self._one_reload = asyncio.Lock()
         self._stopping = False
+        self._refuses = False
         self._history = HistoryKeeper(
             settings.history, self._inputs, self._scale_file, trust_min=settings.judging.trust_min, wall=wall
         )
@@ -121,6 +120,7 @@ class Supervisor:
         StartRefusedError
             A measuring process cannot use its settings at start, or the port cannot be opened.
         """
+        self._refuses = refuses
         if not refuses:
             self._gate.open()
         self._inputs.load()
@@ -164,7 +164,8 @@ class Supervisor:
         in_force = {"sizing": settings.sizing, "ingot": ingot}
         before, self._settings = self._settings, self._settings.model_copy(update=in_force)
         self._faults.report("restart_needed", active=settings != self._settings)
-        if settings.sizing != before.sizing:
+        self._inputs.settings = SetPoints.from_settings(settings.sizing.set_points)
+        if settings.sizing.model_copy(update={"set_points": before.sizing.set_points}) != before.sizing:
             self._sizing.renew(settings.sizing)
         if self._ingots and self._settings.ingot != before.ingot:
             self._ingots.renew(settings.ingot)
@@ -173,6 +174,8 @@ class Supervisor:
         await self._gate.wait()
         if self._stopping:
             return
+        self._publish()
+        self._server.restore(self._inputs.written)
         await self._start_server()
         self._serving.set()
         while not self._stopping:
@@ -183,18 +186,17 @@ class Supervisor:
                     await self._news.wait()
 
     async def _start_server(self) -> None:
-        self._publish()
-        self._server.restore(self._inputs.written)
         try:
             await self._server.start()
-        except OSError as error:
-            place, why = f"{self._settings.plc.host}:{self._settings.plc.port}", os.strerror(error.errno or 0)
-            raise StartRefusedError(f"cannot serve on {place}: {why}; stop what uses it or set plc.port") from error
+        except BindError as error:
+            raise StartRefusedError(error.sentence) from error
+        if self._refuses and self._server.secure and self._server.secure.trouble:
+            raise StartRefusedError(self._server.secure.trouble)
 
     async def _prove(self, on_serving: Callable[[int], None], on_proof: Callable[[str], None]) -> None:
-        """Read our own port every PROOF_PERIOD_S and report each new heartbeat to the service manager."""
+        """Read our own server every PROOF_PERIOD_S and report each new heartbeat to the service manager."""
         await self._serving.wait()
-        check = SelfCheck(self._settings.plc.host, self._server.port)
+        check = SelfCheck(self._server.connect)
         before: int | None = None
         try:
             while True:
@@ -218,12 +220,20 @@ class Supervisor:
 
     def _receive_write(self, changed: Mapping[str, int | bool]) -> None:
         self._inputs.add(changed)
+        self._shelve(changed)
         self._history.recorder.add_writes(changed)
         if changed.get("acknowledge"):
             self._alarms.acknowledge()
             self._faults.acknowledge()
         if set(changed) != {"plc_heartbeat"}:
             self._news.set()
+
+    def _shelve(self, changed: Mapping[str, int | bool]) -> None:
+        """Shelve alarms whose command has come, and show those again whose command was taken back."""
+        until_s = time.monotonic() + 60 * self._settings.plc.shelving_min
+        for name, level in changed.items():
+            if name.startswith("shelve_"):
+                self._alarms.shelve(f"alarm_{name.removeprefix('shelve_')}", until_s if level else -math.inf)
 
     def _publish(self) -> None:
         now_s = time.monotonic()
@@ -239,6 +249,7 @@ class Supervisor:
         if self._ingots:
             self._ingots.update(now_s, held=self._inputs.held)
         self._faults.report("clock_stepped", active=self._clock.was_set(now_s))
+        report_certificate(self._server, self._faults)
         self._history.update(self._faults, self._alarms)
         causes = self._faults.active | {name for name, there in self._conditions(now_s).items() if there}
         self._alarms.update(causes, now_s, suppressed=self._inputs.held)
@@ -258,7 +269,9 @@ class Supervisor:
             "heartbeat": int((now_s - self._started_s) / HEARTBEAT_PERIOD_S),
             "device_state": max(self._faults.state, DeviceState.FUNCTION_CHECK if check else DeviceState.GOOD),
             "alarm_word": self._alarms.word,
+            "alarms_shelved": self._alarms.shelved_word,
             "fault_word": self._faults.word,
+            "clients_refused": self._server.refused,
             "running": self._sizing.running,
             "simulated": simulated,
         }

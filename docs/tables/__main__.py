@@ -6,10 +6,12 @@ from pathlib import Path
 from appliance.conformity.thermal_expansion import GRADES
 from appliance.diagnostics.alarms import ALARMS
 from appliance.diagnostics.fault_table import FAULTS
+from appliance.diagnostics.named_bits import named_bits
 from appliance.history.tables import TABLES, Column, Table
 from appliance.settings.table import table
 from appliance.simulation.bars.study_scenes import CONDITIONS
 from appliance.simulation.ingots.conditions import INGOT_CONDITIONS
+from appliance.sizing.set_points import STEELS
 from appliance.supervisor.settings import Settings
 from plc.export import to_markdown
 from vision.reasons import INGOT_REASONS, REASONS
@@ -20,7 +22,7 @@ FOLDER = Path(__file__).parent
 def texts() -> dict[str, str]:
     """Every table as Markdown, by file name."""
     return {
-        "registers.md": to_markdown(),
+        "registers.md": to_markdown(named_bits()),
         "settings.md": settings(),
         "reasons.md": reasons(),
         "faults.md": faults(),
@@ -123,7 +125,13 @@ def grades() -> str:
         for number, grade in GRADES.items()
     ]
     head = ("expansion_grade", "steel", *(f"elongation at {temperature_c} °C" for temperature_c in temperatures_c))
-    return _document("Steel grades", "How much larger steel is than at 20 °C, by EN 1993-1-2:2005.", head, rows)
+    expansion = _document("Steel grades", "How much larger steel is than at 20 °C, by EN 1993-1-2:2005.", head, rows)
+    steels = [(str(number), ", ".join(name for name, grade in STEELS.items() if grade == number)) for number in GRADES]
+    intro = (
+        "Names for `sizing.set_points.grade`; names and classes after EN 10025-2, EN 10083, EN 10084, EN ISO 683-17, "
+        "EN 10088-1 and AISI, numbers after EN 10027-2. Capitals and blanks do not matter."
+    )
+    return f"{expansion}\n#{_document('Names of steels', intro, ('expansion_grade', 'names'), steels)}"
 
 
 def history() -> str:

@@ -22,7 +22,7 @@ TEXT = (
     "measured from the boards in the same coding; 800 x 600. Beside it the gauge as it was before: decoded colours of "
     "8 bits, and the best of the three responses that a user could name."
 )
-SEEDS = 300
+SEEDS = 12
 CONDITIONS = ("clean", "scale", "rollers")
 CODINGS_PER_SEED = 3
 NAMES = tuple(CODINGS)

@@ -1,7 +1,8 @@
 """Modbus under load: our server beside the library's on the same words, the whole appliance, and endurance.
 
-Loopback only. The clients are one process with one socket each, the server another, so that on two cores each has
-its own. `python -m studies.modbus_load ours|library` is the server process.
+Loopback only. `secure` is our server with TLS 1.3 and certificates on both sides. The clients are one process with one
+socket each, the server another, so that on two cores each has its own. `python -m studies.modbus_load
+ours|secure|library` is the server process.
 """
 
 import asyncio
@@ -17,9 +18,14 @@ from pathlib import Path
 
 from modbus_wire import LIVE, Wire, frame, read
 from running import free_port, running
+from tls_wire import TlsWire
 from torn_reads import agrees_with_itself
 
 from plc.process_image import encode
+from plc.security.certificates import Authority
+from plc.security.identity import TlsFiles
+from plc.security.roles import Role
+from plc.security.secure_port import SecurePort
 from plc.server import ModbusServer
 
 TEXT = (
@@ -39,7 +45,7 @@ def cases():
     servers = [
         {"part": "server", "clients": clients, "server": server}
         for clients in (1, 16, 64)
-        for server in ("ours", "library")
+        for server in ("ours", "secure", "library")
     ]
     return [*servers, {"part": "appliance", "clients": 16}, {"part": "endurance", "clients": 16}]
 
@@ -49,9 +55,9 @@ def run(case):
 
 
 def run_server(case, seconds=SECONDS):
-    with server_process(case["server"]) as (_, port):
+    with server_process(case["server"]) as (_, port, folder):
+        load = Load(port, case["clients"], folder if case["server"] == "secure" else None)
         begun_s = time.monotonic()
-        load = Load(port, case["clients"])
         waits_s = load.ask_until(lambda: time.monotonic() - begun_s > seconds)
         elapsed_s = time.monotonic() - begun_s
         load.close()
@@ -84,7 +90,7 @@ def run_appliance(case, seconds=APPLIANCE_S):
 
 
 def run_endurance(case, requests=500_000, connections=5_000):
-    with server_process("ours") as (pid, port):
+    with server_process("ours") as (pid, port, _):
         load = Load(port, case["clients"])
         load.ask_until(lambda: load.answered >= requests // 10)
         come_and_go(port, connections // 10)
@@ -107,8 +113,8 @@ def summary(rows):
 class Load:
     """Clients of one process, each with at most one request under way."""
 
-    def __init__(self, port, clients):
-        self._wires = [Wire(port) for _ in range(clients)]
+    def __init__(self, port, clients, folder=None):
+        self._wires = [Wire(port) if folder is None else TlsWire(port, folder, "plc") for _ in range(clients)]
         self._poll = select.epoll()
         self._by_number = {wire.socket.fileno(): wire.socket for wire in self._wires}
         for number in self._by_number:
@@ -199,18 +205,27 @@ def server_process(name):
         text=True,
     )
     try:
-        yield process.pid, int(process.stdout.readline())
+        port, folder = process.stdout.readline().split(maxsplit=1)
+        yield process.pid, int(port), Path(folder.strip())
     finally:
         process.terminate()
         process.wait(10)
         process.stdout.close()
 
 
-async def serve_ours():
-    server = ModbusServer("127.0.0.1", 0)
+async def serve_ours(folder, *, secure):
+    if secure:
+        authority = Authority.make()
+        authority.save(folder)
+        authority.server(folder, ["127.0.0.1"])
+        authority.client(folder, "plc", Role.ENGINEER)
+        files = TlsFiles(folder / "server.pem", folder / "server.key", folder / "authority.pem")
+        server = ModbusServer("127.0.0.1", None, secure=SecurePort(0, files))
+    else:
+        server = ModbusServer("127.0.0.1", 0)
     server.publish(encode(LIVE))
     await server.start()
-    print(server.port, flush=True)
+    print(server.secure.port if secure else server.port, folder, flush=True)
     sequence = 0
     while True:
         await asyncio.sleep(PUBLISH_S)
@@ -230,9 +245,12 @@ async def serve_library():
     port = free_port()
     server = ModbusTcpServer(device, address=("127.0.0.1", port))
     await server.serve_forever(background=True)
-    print(port, flush=True)
+    print(port, "-", flush=True)
     await asyncio.Event().wait()
 
 
 if __name__ == "__main__":
-    asyncio.run(serve_ours() if sys.argv[1] == "ours" else serve_library())
+    with tempfile.TemporaryDirectory() as certificates:
+        secure = sys.argv[1] == "secure"
+        ours = secure or sys.argv[1] == "ours"
+        asyncio.run(serve_ours(Path(certificates), secure=secure) if ours else serve_library())

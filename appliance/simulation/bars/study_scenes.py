@@ -14,15 +14,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from appliance.simulation.bars.bars import (
-    DIAMETER_MM,
-    LEAST_COVERED_PART,
-    OFFSET_MM,
-    TEMPERATURE_C,
-    YAW_DEG,
-    Bar,
-    Oxide,
-)
+from appliance.simulation.bars import bars
+from appliance.simulation.bars.bars import Bar, Oxide
 from appliance.simulation.bars.disturbances import Blind, Disturbance, Glare, Haze, Post, Shimmer, Side
 from appliance.simulation.bars.line_scene import Picture, Scene, View, noise_starts
 from appliance.simulation.bars.silhouette import Glow
@@ -80,7 +73,7 @@ class Setup:
         """Width of the bar across the views, None when there is no bar that both cameras could measure."""
         if len(self.bars) != 1 or any(isinstance(disturbance, Blind) for disturbance in self.disturbances):
             return None
-        if self.bars[0].covered_part(self.rig.region_y_mm) < LEAST_COVERED_PART:
+        if self.bars[0].covered_part(self.rig.region_y_mm) < bars.LEAST_COVERED_PART:
             return None
         return sum(_width_mm(self.bars[0], camera) for camera in self.rig.cameras) / 2
 
@@ -197,10 +190,10 @@ def _usual(seed: int, image_size: ImageSize) -> Setup:
         rig=random_rig(rng, image_size),
         bars=(
             Bar(
-                diameter_mm=rng.uniform(*DIAMETER_MM),
-                offset_mm=rng.uniform(-OFFSET_MM, OFFSET_MM),
-                yaw_deg=rng.uniform(-YAW_DEG, YAW_DEG),
-                temperature_c=rng.uniform(*TEMPERATURE_C),
+                diameter_mm=rng.uniform(*bars.DIAMETER_MM),
+                offset_mm=rng.uniform(-bars.OFFSET_MM, bars.OFFSET_MM),
+                yaw_deg=rng.uniform(-bars.YAW_DEG, bars.YAW_DEG),
+                temperature_c=rng.uniform(*bars.TEMPERATURE_C),
                 warm_side_deg=rng.uniform(30, 150),
             ),
         ),

@@ -26,8 +26,8 @@ LIVE = {
 class Wire:
     """One TCP connection that sends and receives exactly the bytes it is told to."""
 
-    def __init__(self, port: int, *, timeout_s: float = 5.0) -> None:
-        self.socket = socket.create_connection(("127.0.0.1", port), timeout=timeout_s)
+    def __init__(self, port: int, *, timeout_s: float = 5.0, source: str = "127.0.0.1") -> None:
+        self.socket = socket.create_connection(("127.0.0.1", port), timeout=timeout_s, source_address=(source, 0))
         self._transaction = 0
 
     def __enter__(self) -> "Wire":

@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import IO
 
 from modbus_wire import Wire
 
@@ -69,10 +70,19 @@ def gone_within(pid: int, seconds: float) -> bool:
 
 
 @contextlib.contextmanager
-def running(*words: str | Path, port: int, **environment: str) -> Iterator[Appliance]:
+def running_with_log(*words: str | Path, port: int, log: Path) -> Iterator[Appliance]:
+    """As `running`, with what it logs in a file."""
+    with log.open("wb") as stderr, running(*words, port=port, stderr=stderr) as appliance:
+        yield appliance
+
+
+@contextlib.contextmanager
+def running(
+    *words: str | Path, port: int, stderr: int | IO[bytes] = subprocess.DEVNULL, **environment: str
+) -> Iterator[Appliance]:
     """Start a serving command, wait until it says that it serves, and end it at last."""
     process = subprocess.Popen(
-        [HOTGAUGE, *words], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=os.environ | environment
+        [HOTGAUGE, *words], stdout=subprocess.PIPE, stderr=stderr, text=True, env=os.environ | environment
     )
     killer = threading.Timer(60, process.kill)
     killer.start()

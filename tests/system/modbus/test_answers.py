@@ -37,27 +37,39 @@ def test_status_bits_follow_the_alarms_as_discrete_inputs(wire):
 @pytest.mark.parametrize(
     ("function", "start", "count"),
     [
-        *[(4, start, count) for start, count in ((119, 2), (120, 1), (200, 1), (65535, 1), (65535, 125), (0, 121))],
-        *[
-            (3, start, count)
-            for start, count in (
-                (119, 2),
-                (150, 1),
-                (199, 2),
-                (200, 9),
-                (207, 2),
-                (208, 1),
-                (208, 93),
-                (299, 2),
-                (399, 22),
-            )
-        ],
-        *[(1, start, count) for start, count in ((15, 2), (16, 1), (0, 34), (31, 2), (33, 2), (65535, 2000))],
-        *[(2, start, count) for start, count in ((20, 2), (21, 1), (0, 22))],
+        *[(function, *wanted) for function in (3, 4) for wanted in ((520, 1), (624, 1), (519, 107), (65535, 125))],
+        *[(1, start, count) for start, count in ((42, 1), (41, 24), (0, 65), (65535, 2000))],
+        *[(2, start, count) for start, count in ((21, 1), (20, 45), (0, 2000))],
     ],
 )
-def test_a_read_that_touches_an_address_without_register_answers_2(wire, function, start, count):
+def test_a_read_that_begins_behind_the_last_row_or_ends_behind_the_map_answers_2(wire, function, start, count):
     assert wire.ask(read(function, start, count)) == exception(function, 2)
+
+
+@pytest.mark.parametrize("function", [3, 4])
+@pytest.mark.parametrize("size", [8, 10, 16, 32, 64, 100, 120, 125])
+def test_aligned_blocks_of_words_over_the_whole_map_hold_its_rows_and_no_values(wire, function, size):
+    wire.ask(write_registers(200, 26550, 40))
+    image = encode(LIVE)
+    expected = dict.fromkeys(range(625), 0xFFFF)
+    for start, block in ((0, image.words), (300, image.reading_ring), (420, image.ingot_ring)):
+        expected |= dict(enumerate(struct.unpack(f">{len(block) // 2}H", block), start))
+    if function == 3:
+        expected |= dict(zip(range(200, 209), (26550, 40, 0, 0, 0, 0, 0, 0), strict=False))
+    for start in range(0, 520, size):
+        words = struct.unpack(f">{size}H", wire.ask(read(function, start, size))[2:])
+        assert dict(enumerate(words, start)) == {n: expected[n] for n in range(start, start + size)}
+
+
+@pytest.mark.parametrize("size", [16, 32, 64])
+def test_aligned_blocks_of_bits_hold_alarms_states_and_commands_and_zeros(wire, size):
+    wire.ask(write_coils(32, False, True))
+    coils = LIVE["alarm_word"] | 0b10 << 32
+    discretes = LIVE["alarm_word"] | 0b01001 << 16
+    for function, last, expected in ((1, 34, coils), (2, 21, discretes)):
+        for start in range(0, last, size):
+            answer = wire.ask(read(function, start, size))
+            assert int.from_bytes(answer[2:], "little") == expected >> start & (1 << size) - 1
 
 
 @pytest.mark.parametrize(
@@ -194,12 +206,12 @@ def test_a_set_point_out_of_bounds_answers_3_and_nothing_of_the_request_is_writt
         write_registers(65535, 1, 1),
         struct.pack(">BHH", 5, 0, 0xFF00),
         struct.pack(">BHH", 5, 16, 0xFF00),
-        struct.pack(">BHH", 5, 34, 0xFF00),
+        struct.pack(">BHH", 5, 42, 0xFF00),
         write_coils(31, True, True),
-        write_coils(33, True, True),
+        write_coils(41, True, True),
         write_coils(0, *[True] * 40),
         write_and_read(0, 1, 0, 1),
-        write_and_read(119, 2, 200, 26550),  # the read half is refused before the write half acts
+        write_and_read(520, 2, 200, 26550),  # the read half is refused before the write half acts
         write_and_read(0, 1, 207, 1, 1),
     ],
 )

@@ -291,3 +291,19 @@ def test_every_command_explains_itself(command, capsys):
         cli.main([command, "--help"])
     assert left.value.code == 0
     assert command in capsys.readouterr().out
+
+
+def test_check_config_says_what_a_host_serves_and_names_one_that_is_not_known(tmp_path, capsys):
+    file = tmp_path / "hotgauge.toml"
+    file.write_text('[plc]\nhost = "::"\n')
+    assert cli.main(["check-config", str(file)]) == 0
+    assert "every address of this computer, IPv4 and IPv6" in capsys.readouterr().out
+    file.write_text('[plc]\nhost = "no-such-host.invalid"\n')
+    assert cli.main(["check-config", str(file)]) == 2
+    assert "plc.host: no host no-such-host.invalid is known here" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", [["--bom"], ["--plc", "tia"], ["--format", "json", "--bom"]])
+def test_registers_refuses_an_option_of_another_format(capsys, words):
+    assert cli.main(["registers", *words]) == 2
+    assert "give --format" in capsys.readouterr().err

@@ -16,6 +16,7 @@ from appliance.conformity.decision import allowed_uncertainty_mm, decide
 from appliance.conformity.set_points import SetPoints
 from appliance.conformity.settings import CorrectionSettings, JudgingSettings
 from appliance.conformity.thermal_expansion import GRADES
+from appliance.sizing.set_points import STEELS, SetPointSettings
 from appliance.sizing.trust import trust_percent
 from plc.codes import Decision
 from vision.reasons import Reason
@@ -237,6 +238,39 @@ def test_without_a_reading_trust_is_not_low():
     advising = advisor()
     advising.update(None, advising.points, 1.0)
     assert not advising.low_trust
+
+
+def test_what_the_plc_has_set_counts_more_than_the_settings_one_by_one():
+    settings = SetPointSettings(target_mm=250.0, tolerance_plus_mm=0.4, grade="1.4301", temperature_c=1050.0)
+    settings = SetPoints.from_settings(settings)
+    plc = SetPoints.from_words({"target_diameter": 26550, "steel_temperature": 1100, "expansion_grade": 0})
+    together = plc.over(settings)
+    assert (together.target_mm, together.temperature_c) == (265.5, 1100.0)
+    assert (together.tolerance_plus_mm, together.tolerance_minus_mm, together.grade) == (0.4, None, AUSTENITIC)
+    assert SetPoints.from_words({}).over(settings) == settings
+
+
+@pytest.mark.parametrize(
+    ("name", "grade"),
+    [
+        ("40CrMo4", CARBON),
+        ("42crmo4", CARBON),
+        ("1.7225", CARBON),
+        ("aisi304l", AUSTENITIC),
+        ("X5CrNi18-10", AUSTENITIC),
+    ],
+)
+def test_a_steel_is_known_by_its_name_or_number(name, grade):
+    assert SetPoints.from_settings(SetPointSettings(grade=name)).grade == grade
+
+
+def test_an_unknown_steel_is_named_with_the_nearest():
+    with pytest.raises(ValueError, match="did you mean 42CrMo4"):
+        SetPointSettings(grade="42CrMo5")
+
+
+def test_every_steel_has_a_row_of_the_expansion_table():
+    assert set(STEELS.values()) == set(GRADES)
 
 
 @pytest.mark.parametrize("doubt", [{"windows_kept": 1}, {"expanded_uncertainty_mm": 0.6}])

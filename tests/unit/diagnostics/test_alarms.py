@@ -1,5 +1,7 @@
 """The oracle is the state-transition table of ISA-18.2 (figure 4), written down here and walked beside the product."""
 
+import math
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -33,6 +35,10 @@ TRANSITIONS = {
 ANNOUNCED = {"A": False, "B": True, "C": True, "D": True}
 
 
+STEP_S = 0.25
+HALF_MINUTE = round(30 / STEP_S)
+
+
 class Oracle:
     """One alarm by the table above; the cause counts when it has lasted for its delay."""
 
@@ -40,17 +46,24 @@ class Oracle:
         self.state = "A"
         self.delays = {"occurs": on_delay, "clears": off_delay}
         self.lasted = 0
+        self.step_number = 0
+        self.came: list[int] = []
 
     def step(self, cause: bool) -> None:
+        self.step_number += 1
         event = "occurs" if cause else "clears"
         if (self.state in "AD") != cause:  # the cause is as the state says
             self.lasted = 0
             return
-        if self.lasted >= self.delays[event]:
+        if self.lasted >= (HALF_MINUTE if event == "clears" and self.chatters() else self.delays[event]):
+            self.came += [self.step_number] if cause else []
             self.go(event)
             self.lasted = 0
         else:
             self.lasted += 1
+
+    def chatters(self) -> bool:
+        return len(self.came) >= 3 and self.came[-1] - self.came[-3] <= HALF_MINUTE
 
     def go(self, event: str) -> None:
         self.state = TRANSITIONS.get((self.state, event), self.state)
@@ -76,7 +89,6 @@ def test_every_alarm_points_at_a_fault_that_exists_or_at_a_condition_and_says_wh
         assert 0 <= row.off_delay_s <= 5
 
 
-STEP_S = 0.25
 CAUSES = sorted({cause for row in ALARMS for cause in row.causes})
 
 
@@ -161,3 +173,55 @@ def test_an_alarm_stays_until_it_is_acknowledged_and_over(row, cause):
     assert shown(alarms, set(), 30.0) == BIT[row.name]
     alarms.acknowledge()
     assert alarms.word == 0
+
+
+@pytest.mark.parametrize("period_s", [1.5, 2.2, 3.0, 5.0, 9.0])
+def test_a_camera_that_comes_and_goes_is_shown_anew_at_most_three_times_in_half_a_minute(period_s):
+    """Three faults take turns and somebody acknowledges at once, as at a mill that changes pace around a limit."""
+    alarms, before, shown_s = Alarms(), 0, []
+    faults = ["camera_lost", "camera_frozen", "pair_out_of_step"]
+    for tick in range(6000):
+        now_s = tick * 0.05
+        turn, phase = divmod(now_s, period_s)
+        causes = {faults[int(turn) % 3]} if phase < 0.3 else set()
+        word = shown(alarms, causes, now_s)
+        shown_s += [now_s] if word and not before else []
+        alarms.acknowledge()
+        before = alarms.word
+    assert shown_s
+    assert all(later - earlier > 30 for earlier, later in zip(shown_s, shown_s[3:], strict=False))
+
+
+def test_an_alarm_that_has_calmed_down_ends_and_comes_as_before():
+    alarms = Alarms()
+    for second in (0, 4, 8):
+        assert shown(alarms, {"camera_lost"}, second)
+        alarms.acknowledge()
+        shown(alarms, set(), second + 1)
+        shown(alarms, set(), second + 3)
+    assert shown(alarms, set(), 38.9) == BIT["alarm_camera"]
+    assert shown(alarms, set(), 39.1) == 0
+    assert shown(alarms, {"camera_lost"}, 60.0) == BIT["alarm_camera"]
+    alarms.acknowledge()
+    shown(alarms, set(), 61.0)
+    assert shown(alarms, set(), 62.1) == 0
+
+
+def test_a_shelved_alarm_is_not_shown_until_its_end_and_then_at_once_if_it_is_there():
+    alarms = Alarms()
+    shown(alarms, {"camera_lost"}, 0.0)
+    alarms.shelve("alarm_camera", 100.0)
+    assert shown(alarms, {"camera_lost", "plc_silent"}, 50.0) == BIT["alarm_plc_silent"]
+    assert alarms.shelved_word == BIT["alarm_camera"]
+    assert shown(alarms, {"camera_lost"}, 100.0) & BIT["alarm_camera"]
+    assert alarms.shelved_word == 0
+
+
+def test_a_shelved_alarm_can_be_taken_back_and_an_unknown_one_is_named():
+    alarms = Alarms()
+    shown(alarms, {"camera_lost"}, 0.0)
+    alarms.shelve("alarm_camera", 100.0)
+    alarms.shelve("alarm_camera", -math.inf)
+    assert shown(alarms, {"camera_lost"}, 1.0) == BIT["alarm_camera"]
+    with pytest.raises(ValueError, match="alarm_x"):
+        alarms.shelve("alarm_x", 1.0)

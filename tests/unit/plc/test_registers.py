@@ -113,7 +113,7 @@ def test_the_block_is_120_words_without_a_hole():
         (changed("sequence", name="first"), "source of sequence_check"),
         (changed("sequence_check", shows="heartbeat"), "last word"),
         (changed("sequence_check", address=130), "hole before sequence_check"),
-        (changed("hold", address=40), "hole before hold"),
+        (changed("hold", address=40), "overlap of hold"),
         (changed("acknowledge", address=31), "start of commands"),
         (changed("plc_heartbeat", address=65536), "address of plc_heartbeat"),
         (changed("target_diameter", upper=700), "bounds of target_diameter"),
@@ -176,7 +176,7 @@ def test_no_value_is_a_quiet_nan_and_the_reserved_integers(nothing):
 
 def test_nothing_at_all_gives_no_value_everywhere_and_never_zero_for_a_measurement():
     values = decode(words_of(encode({})))
-    assert values["map_version"] == 3
+    assert values["map_version"] == 4
     assert values["sequence"] == values["validity"] == values["alarm_word"] == 0
     measured = [row for row in BLOCK if row.unit and row.constant is None]
     assert [row.name for row in measured if values[row.name] is not None] == []

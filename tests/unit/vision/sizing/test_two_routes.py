@@ -14,6 +14,7 @@ from appliance.simulation.true_rig import default_rig
 from appliance.sizing.trust import trust_percent
 from vision.readings import SizeReading
 from vision.reasons import Reason
+from vision.sent_picture import SentPicture
 from vision.sizing.gauge import CALIBRATION_DUE_PX, CAMERA_MOVED_PX, Gauge, judged
 from vision.sizing.tangent.gauge import TangentGauge
 from vision.sizing.virtual_board.reading import VirtualBoardReading
@@ -105,8 +106,9 @@ def test_a_camera_that_moved_is_told_and_far_off_it_serves_nothing(pair, distanc
 
 def test_a_camera_that_moved_widens_the_uncertainty(pair):
     gauge = TangentGauge(perfect_rig_with_boards())
-    outlines = gauge.find(*pair)
-    still, turned = (gauge.measure_bar(*pair, outlines, moved_px) for moved_px in ((0.0, 0.0), (0.0, 1.0)))
+    pictures = [SentPicture.of(picture) for picture in pair]
+    outlines = gauge.find(*pictures)
+    still, turned = (gauge.measure_bar(*pictures, outlines, moved_px) for moved_px in ((0.0, 0.0), (0.0, 1.0)))
     assert still.u_calibration_mm == 0.0
     # one pixel is 1.5 mm at the bar; with a base of half the distance it lifts the bar by about 3 mm of 3 m
     assert turned.u_calibration_mm == pytest.approx(150.0 * 3 / 3000, rel=0.5)
