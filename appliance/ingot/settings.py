@@ -105,7 +105,7 @@ class IngotSettings(Section):
         description="Folder with top.png, bottom.png and perhaps roi.json; the simulated line can do without",
     )
     classifier: ClassifierName = Field(
-        default="wrinkles", description="How one picture is judged; dual and single are those of the dissertation"
+        default="relief", description="How one picture is judged; dual and single are those of the dissertation"
     )
     crop: Box = Field(default=[], description="Part of the picture that is looked at; []: as roi.json says")
     centroid: Box = Field(

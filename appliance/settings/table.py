@@ -125,11 +125,12 @@ def _allowed(field: _JsonSchema) -> str:
     if choices:
         return " or ".join(f'"{choice}"' for choice in choices)
     kind = field.get("anyOf", [field])[0]
+    lists = {"string": 'a list ["...", ...]', "number": "a list [left, right]"}
     names = {
         "integer": "a whole number",
         "number": "a number",
         "boolean": "true or false",
-        "array": 'a list ["...", ...]' if _items(kind) == "string" else "a list [x, y, width, height]",
+        "array": lists.get(_items(kind), "a list [x, y, width, height]"),
     }
     name = names.get(kind["type"], f"a {kind.get('format', 'text')}")
     return " ".join(part for part in (name, _bounds(kind), field.get("unit", "")) if part)

@@ -61,7 +61,7 @@ class OrientationReader:
         `classifier` is not in the table, or a reference has no picture's shape.
     """
 
-    def __init__(self, finder: EndFinder, references: References, classifier: ClassifierName = "wrinkles") -> None:
+    def __init__(self, finder: EndFinder, references: References, classifier: ClassifierName = "relief") -> None:
         if classifier not in CLASSIFIERS:
             raise ValueError(f"classifier is {classifier!r}; allowed are {', '.join(CLASSIFIERS)}")
         self._finder = finder

@@ -79,6 +79,7 @@ class IngotCondition(NamedTuple):
 
 INGOT_CONDITIONS: tuple[IngotCondition, ...] = (
     IngotCondition("mixed", "ingots one after the other; some with glare, drift or overexposure", Habits()),
+    IngotCondition("foreign", "as mixed, but ends look like another mill's", Habits(foreign=True)),
     IngotCondition("clean", "steady light, no glare", QUIET),
     IngotCondition(
         "glare",

@@ -104,16 +104,16 @@ def face(looks: Looks, rng: Rng) -> Light:
     """Relative light of an end face, ndarray of float32, shape (FACE_CELLS, FACE_CELLS)."""
     across = np.linspace(-1, 1, FACE_CELLS, dtype=np.float32)
     radius = np.hypot(across[:, None], across[None, :])
-    inner = _smooth_step((1 - np.float32(looks.rim) - radius) / np.float32(0.06))
+    inner = smooth_step((1 - np.float32(looks.rim) - radius) / np.float32(0.06))
     light = 1 - np.float32(looks.recess) * inner
     light *= 1 + np.float32(looks.mottling) * noise(rng, (FACE_CELLS, FACE_CELLS), FACE_CELLS / 5)
     if looks.wrinkles:
-        height = _wrinkles(looks.wrinkles, rng)
+        height = wrinkles(looks.wrinkles, rng)
         light *= 1 - np.float32(looks.contrast) * (1 - height) * inner
-        light *= 1 + np.float32(looks.relief) * _flanks(height, rng.uniform(0, 2 * np.pi)) * inner
+        light *= 1 + np.float32(looks.relief) * flanks(height, rng.uniform(0, 2 * np.pi)) * inner
     flaking = noise(rng, (FACE_CELLS, FACE_CELLS), FACE_CELLS * looks.flake_size)
     flaking += np.float32(0.4) * noise(rng, (FACE_CELLS, FACE_CELLS), FACE_CELLS * looks.flake_size / 3)
-    flake = _smooth_step((flaking - np.quantile(flaking, 1 - looks.flakes)) / np.float32(0.3) + np.float32(0.5))
+    flake = smooth_step((flaking - np.quantile(flaking, 1 - looks.flakes)) / np.float32(0.3) + np.float32(0.5))
     light *= 1 - np.float32(looks.flake_depth) * flake
     _scratch(light, looks.scratches, rng)
     light *= 1 + np.float32(rng.uniform(0, 0.08)) * _slope(across, rng)
@@ -125,7 +125,7 @@ def side(rng: Rng) -> Light:
     along, _ = SIDE_CELLS
     rings = noise(rng, (along, 1), along * rng.uniform(0.05, 0.2))
     patches = noise(rng, SIDE_CELLS, along * rng.uniform(0.06, 0.2))
-    scale = _smooth_step((patches - np.float32(rng.uniform(0.5, 2.5))) / np.float32(0.3))
+    scale = smooth_step((patches - np.float32(rng.uniform(0.5, 2.5))) / np.float32(0.3))
     light = 1 + np.float32(rng.uniform(0.0, 0.06)) * rings + np.float32(rng.uniform(0.01, 0.06)) * patches
     light *= 1 - np.float32(rng.uniform(0.05, 0.25)) * scale
     light *= 1 - np.linspace(0, rng.uniform(0, 0.25), along, dtype=np.float32)[:, None]
@@ -140,7 +140,7 @@ def noise(rng: Rng, shape: tuple[int, int], cells: float) -> Light:
     return (smooth / max(1e-6, float(smooth.std()))).astype(np.float32)
 
 
-def _wrinkles(number: float, rng: Rng) -> Light:
+def wrinkles(number: float, rng: Rng) -> Light:
     """Height of wrinkled skin, 0 in the valleys and 1 on the ridges, its pattern bent by slow displacements."""
     pattern = _reaction(number, rng) if rng.random() < 0.5 else _labyrinth(number, rng)
     cells = np.arange(FACE_CELLS, dtype=np.float32)
@@ -177,7 +177,7 @@ def _labyrinth(number: float, rng: Rng) -> Light:
     return (0.5 + 0.5 * np.tanh(rng.uniform(0.8, 2.5) * waves / waves.std())).astype(np.float32)
 
 
-def _flanks(height: Light, lamp: float) -> Light:
+def flanks(height: Light, lamp: float) -> Light:
     """Slope of the height towards a lamp, about -1 to 1."""
     slope = np.cos(lamp) * cv2.Sobel(height, cv2.CV_32F, 1, 0) + np.sin(lamp) * cv2.Sobel(height, cv2.CV_32F, 0, 1)
     return np.clip(slope / max(1e-6, float(2 * slope.std())), -1, 1).astype(np.float32)
@@ -199,7 +199,7 @@ def _slope(across: NDArray[np.float32], rng: Rng) -> Light:
     return (np.cos(turn) * across[None, :] + np.sin(turn) * across[:, None]).astype(np.float32)
 
 
-def _smooth_step(place: Light) -> Light:
+def smooth_step(place: Light) -> Light:
     """0 below 0, 1 above 1, without a kink between."""
     place = np.clip(place, 0, 1)
     return (place * place * (3 - 2 * place)).astype(np.float32)

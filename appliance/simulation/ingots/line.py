@@ -8,9 +8,10 @@ from numpy.typing import NDArray
 
 from appliance.simulation.bars.bars import levels
 from appliance.simulation.ingots.faces import TYPICAL, Label, Looks, Rng, face, random_looks, side
+from appliance.simulation.ingots.foreign_faces import foreign_face
 from appliance.simulation.ingots.solid import Ingot, Pose, end_circle_px, outline_px
 from appliance.simulation.response import Response
-from appliance.simulation.sensor import Blur, Sensor
+from appliance.simulation.sensor import Blur, Light, Sensor
 from appliance.simulation.true_rig import TrueCamera, look_at
 
 Box = tuple[int, int, int, int]  # x, y, width, height, pixels
@@ -39,6 +40,8 @@ class Habits:
         Range of how many times brighter an ingot is when it reaches the rolls.
     in_view : int
         Ingots on the line at the same time.
+    foreign : bool
+        Whether ends look like another mill's (`foreign_faces.py`), those of the references too.
     """
 
     ingots: bool = True
@@ -48,6 +51,7 @@ class Habits:
     overexposed_share: float = 0.2
     drift: Range = (1.0, 1.35)
     in_view: int = 1
+    foreign: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,9 +113,14 @@ class IngotLine:
             self.radius_mm * rng.uniform(0.97, 1.03),
             self.length_mm * rng.uniform(0.9, 1.1),
             self.temperature_c + rng.uniform(-HOTTER_C, HOTTER_C),
-            face(looks or random_looks(label, rng), rng),
+            self._face(label, rng, looks),
             side(rng) * np.float32(rng.uniform(0.75, 1.02)),
         )
+
+    def _face(self, label: Label, rng: Rng, looks: Looks | None) -> Light:
+        if self.habits.foreign:
+            return foreign_face(label, rng)
+        return face(looks or random_looks(label, rng), rng)
 
     def typical_ingot(self, label: Label, rng: Rng) -> Ingot:
         """An ingot whose face shows its kind as most do."""

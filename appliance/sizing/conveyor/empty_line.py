@@ -13,7 +13,7 @@ from appliance.sizing.method import ScaleError
 from vision.pictures import is_false_colour
 from vision.readings import SizeReading
 from vision.reasons import Reason
-from vision.sizing.conveyor.barriers import Barriers
+from vision.sizing.conveyor.barriers import LEAST_SIDE_PX, Barriers
 from vision.sizing.conveyor.gauge import ConveyorGauge
 
 Picture = NDArray[np.uint8]
@@ -56,9 +56,15 @@ class TimedConveyorGauge:
     Attributes
     ----------
     name : str
+
+    Raises
+    ------
+    EmptyLineError
+        The pictures are too small for barriers, or in false colours.
     """
 
     def __init__(self, empty: list[Picture], name: str, make: Callable[[list[Picture]], ConveyorGauge]) -> None:
+        _check_size(empty[0], name)
         self._empty = empty[0]
         self.name = name
         for picture in empty:
@@ -115,3 +121,12 @@ class TimedConveyorGauge:
         started_s = time.perf_counter()
         reading = self._gauge.measure(picture)
         return reading, 1000 * (time.perf_counter() - started_s)
+
+
+def _check_size(picture: Picture, name: str) -> None:
+    rows, columns = picture.shape[:2]
+    if min(rows, columns) < LEAST_SIDE_PX:
+        raise EmptyLineError(
+            f"{name}: pictures of {columns} x {rows} pixels are too small to show barriers; give pictures of at least "
+            f"{LEAST_SIDE_PX} x {LEAST_SIDE_PX}"
+        )

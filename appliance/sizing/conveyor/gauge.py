@@ -26,6 +26,8 @@ def conveyor_gauge(settings: ConveyorSettings) -> TimedConveyorGauge:
         reference=_reference(settings.conveyor),
         compensation_mm=settings.conveyor.compensation_mm,
         ovality_mm=settings.ovality_mm,
+        near_columns=(columns[0], columns[1]) if (columns := settings.conveyor.near_columns) else None,
+        response_exponent=settings.conveyor.response_exponent,
     )
     gauge = TimedConveyorGauge(empty.pictures, empty.name, make)
     gauge.check_barriers()
@@ -43,6 +45,8 @@ def _empty(settings: ConveyorSettings) -> EmptyLine:
 
 def _reference(line: ConveyorLine) -> ConveyorReference:
     try:
-        return ConveyorReference(line.barrier_mm, line.barrier_height_mm or None, line.camera_height_mm or None)
+        return ConveyorReference(
+            line.barrier_mm, line.barrier_height_mm or None, line.camera_height_mm or None, line.barrier_lower_mm
+        )
     except ValueError as error:
         raise EmptyLineError(f"sizing.conveyor: {error}") from error

@@ -22,6 +22,8 @@ def measure_conveyor(
     *,
     background: Path | None = None,
     compensation_mm: float = 0.0,
+    near_columns: tuple[float, float] | None = None,
+    response_exponent: float = 1.0,
     plots: Path | None = None,
 ) -> None:
     """Measure every frame; the output appears whole or not at all.
@@ -37,6 +39,10 @@ def measure_conveyor(
         Picture of the empty line; None uses the recording's darkest frames.
     compensation_mm : float
         Added to each diameter.
+    near_columns : tuple of float, optional
+        Columns of the barriers' inner edges in the middle row, where other pairs of edges show.
+    response_exponent : float
+        Code values follow light to this power.
     plots : Path, optional
         Folder for plots.
 
@@ -49,13 +55,19 @@ def measure_conveyor(
     PlotsMissingError
         Plots are wanted and the plotting library is not installed.
     ValueError
-        The compensation is not finite.
+        The compensation is not finite, or the exponent not above 0.
     OSError
         `output` cannot be written, or the folder of plots not made.
     """
     frames = PictureRecording(recording)
     empty = darkest(frames) if background is None else read_background(background)
-    make = partial(ConveyorGauge, reference=reference, compensation_mm=compensation_mm)
+    make = partial(
+        ConveyorGauge,
+        reference=reference,
+        compensation_mm=compensation_mm,
+        near_columns=near_columns,
+        response_exponent=response_exponent,
+    )
     gauge = TimedConveyorGauge(empty, str(background or recording), make)
     drawing = ConveyorPlots(plots, gauge.barriers, reference.spacing_mm) if plots is not None else None
     with whole_file(output) as file:

@@ -16,6 +16,7 @@ class ConveyorMeasuring(Measuring):
     text: ClassVar[str] = "conveyor has one uncalibrated camera"
     options: ClassVar[tuple[str, ...]] = (
         "plot", "barrier_mm", "barrier_height_mm", "camera_height_mm", "background", "compensation_mm",
+        "barrier_lower_mm", "barriers", "response_exponent",
     )  # fmt: skip
 
     def add_options(self, command: argparse.ArgumentParser) -> None:
@@ -24,6 +25,21 @@ class ConveyorMeasuring(Measuring):
         group.add_argument("--barrier-mm", type=float, metavar="W", help="between their inner faces")
         group.add_argument("--barrier-height-mm", type=float, metavar="H", help="of their upper edges; better with it")
         group.add_argument("--camera-height-mm", type=float, metavar="Z", help="over the conveyor; better with it")
+        group.add_argument(
+            "--barrier-lower-mm",
+            type=float,
+            metavar="H",
+            help="of their lower edges; 0: walls; else as the picture says",
+        )
+        group.add_argument(
+            "--barriers", metavar="X1,X2", help="columns of their inner edges in the middle row, where others show"
+        )
+        group.add_argument(
+            "--response-exponent",
+            type=float,
+            metavar="G",
+            help="code values follow light to this power; 1 unless given",
+        )
         group.add_argument(
             "--background", type=Path, metavar="FILE", help="the empty line; else the darkest frames are"
         )
@@ -41,14 +57,35 @@ class ConveyorMeasuring(Measuring):
         if not math.isfinite(given.compensation_mm or 0.0):
             raise CommandError(f"--compensation-mm: {given.compensation_mm} is no number of millimetres")
         try:
-            reference = ConveyorReference(given.barrier_mm, given.barrier_height_mm, given.camera_height_mm)
+            reference = ConveyorReference(
+                given.barrier_mm, given.barrier_height_mm, given.camera_height_mm, given.barrier_lower_mm
+            )
         except ValueError as error:
-            raise CommandError(f"--barrier-mm, --barrier-height-mm, --camera-height-mm: {error}") from error
+            raise CommandError(
+                f"--barrier-mm, --barrier-height-mm, --camera-height-mm, --barrier-lower-mm: {error}"
+            ) from error
+        exponent = 1.0 if given.response_exponent is None else given.response_exponent
+        if not 0 < exponent < math.inf:
+            raise CommandError(f"--response-exponent: {exponent} is no number above 0")
         measure_conveyor(
             given.recording,
             given.output,
             reference,
             background=given.background,
             compensation_mm=given.compensation_mm or 0.0,
+            near_columns=_near_columns(given.barriers),
+            response_exponent=exponent,
             plots=given.plot,
         )
+
+
+def _near_columns(text: str | None) -> tuple[float, float] | None:
+    if text is None:
+        return None
+    try:
+        left, right = (float(part) for part in text.split(","))
+    except ValueError as error:
+        raise CommandError(f"--barriers: {text!r} is no pair of columns; give two numbers such as 250,376") from error
+    if not left < right:
+        raise CommandError(f"--barriers: {text!r}; give the left barrier's column first")
+    return left, right

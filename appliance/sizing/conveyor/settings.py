@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from appliance.cameras.kinds import ConveyorCamera
 from appliance.cameras.recording.settings import RecordedPictures
@@ -40,6 +40,20 @@ class ConveyorLine(Section):
         description="Height of the camera's lens over the conveyor; 0: not known",
         json_schema_extra=unit("mm"),
     )
+    barrier_lower_mm: float | None = Field(
+        default=None,
+        ge=0,
+        le=2000,
+        description="Height of the barriers' lower edges over the conveyor; 0: walls; not set: as the picture says",
+        json_schema_extra=unit("mm"),
+    )
+    near_columns: list[float] = Field(
+        default=[],
+        description="Columns of the barriers' inner edges in the middle row; []: found without, unless others show",
+    )
+    response_exponent: float = Field(
+        default=1.0, ge=0.3, le=3, description="Code values follow light to this power; 1: a linear camera"
+    )
     compensation_mm: float = Field(
         default=0.0, ge=-50, le=50, description="Added to every diameter", json_schema_extra=unit("mm")
     )
@@ -47,6 +61,13 @@ class ConveyorLine(Section):
         default=None,
         description="Picture of the line without a bar, by this camera; recordings and the mill can do without",
     )
+
+    @field_validator("near_columns")
+    @classmethod
+    def _a_pair(cls, columns: list[float]) -> list[float]:
+        if columns and not (len(columns) == 2 and columns[0] < columns[1]):
+            raise ValueError("two columns are wanted, the left barrier's first")
+        return columns
 
 
 class ConveyorSettings(SizingMethod):

@@ -15,7 +15,7 @@ from vision.ingot.end_finder import Box
 from vision.ingot.orientation_reader import IngotView, References
 from vision.ingot.sequential_decision import IngotFollower
 
-SETTINGS = IngotSettings()
+SETTINGS = IngotSettings(classifier="wrinkles")  # what docs/studies/ingots.json was drawn with
 SAME_WITHIN = 5  # frames without an ingot in the truth that do not part two
 EARLY = 8  # frames before its own truth in which an ingot may be seen, behind one that is leaving
 CLASSIFIERS = ("single", "dual", "wrinkles")
@@ -90,13 +90,13 @@ def follow(scene, settings=SETTINGS):
     decisions += follower.end()
     ingots, strangers = _matched(sights, decisions)
     return {
-        **_frames(sights, readings),
+        **_frames(sights, readings, settings.classifier),
         "ingots": [list(ingot) for ingot in ingots],
         "strangers": [[one.orientation, one.first_frame] for one in strangers],
     }
 
 
-def _frames(sights, readings):
+def _frames(sights, readings, classifier):
     pairs = list(zip(sights, readings, strict=True))
     placed = [(sight, reading) for sight, reading in pairs if sight.present and sight.state == "placed"]
     found = [(sight, reading) for sight, reading in placed if reading.present]
@@ -105,12 +105,12 @@ def _frames(sights, readings):
         for sight, reading in pairs
         if reading.present and not sight.present and sight.state not in {"placed", "leaving"}
     ]
-    verdicts = {name: {} for name in CLASSIFIERS}
+    verdicts = {name: {} for name in ("single", "dual", classifier)}
     for sight, reading in found:
         said = {
             "single": single(reading.ssim_top),
             "dual": dual(reading.ssim_top, reading.ssim_bottom),
-            "wrinkles": reading.orientation,
+            classifier: reading.orientation,
         }
         for name, verdict in said.items():
             key = f"{sight.label} as {verdict}"

@@ -162,6 +162,8 @@ WRONG = {
     "another size": (lambda: empty()[:240], ("640 x 240", "640 x 480")),
     "half hidden": (lambda: empty(replace(LINE, hidden="left", hidden_from_mm=0.0)), ("fifth of one is hidden",)),
     "bent": (lambda: empty(replace(LINE, warp_mm=8.0)), ("not straight",)),
+    "too small": (lambda: np.full((20, 30), 40, np.uint8), ("30 x 20 pixels are too small", "32 x 32")),
+    "coloured by a palette": (lambda: cv2.applyColorMap(empty(), cv2.COLORMAP_JET), ("in false colours",)),
     "without a line": (lambda: np.full((480, 640), 40, np.uint8), ("no pair of barriers",)),
 }
 

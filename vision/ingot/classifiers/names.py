@@ -2,4 +2,4 @@
 
 from typing import Literal
 
-ClassifierName = Literal["wrinkles", "dual", "single"]
+ClassifierName = Literal["relief", "wrinkles", "dual", "single"]

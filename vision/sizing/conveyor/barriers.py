@@ -5,8 +5,7 @@ rolling direction has to run up and down the picture, and the barriers have to b
 them.
 """
 
-from dataclasses import dataclass
-from itertools import pairwise
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +18,8 @@ from vision.edges.thinning import ridges
 from vision.geometry.robust_line import robust_line
 from vision.pictures import grey
 from vision.reasons import Reason
+from vision.sizing.conveyor.beside_rollers import BESIDE_OFFSETS_PX, crossings_beside_rollers, rollers_show
+from vision.sizing.conveyor.lens import Lens, ideal_points, plumb_line
 from vision.sizing.limits import FIRST_BLUR_PX
 
 Array = NDArray[np.float64]
@@ -26,6 +27,10 @@ Plane = NDArray[np.float32]
 
 SLOPES = np.linspace(-0.7, 0.7, 141)  # of a line, columns per row: 35 degrees to either side of upright
 MOST_NORMAL_ANGLE_RAD = 0.7  # chosen: an upright edge's normal points at most this far away from the rows
+LEAST_STRIP_PX, LEAST_STRIP_SHARE = 24.0, 0.05  # chosen, the larger: between barriers a bar has room
+HINT_PX = 20.0  # chosen: a barrier lies at most this far from where the user says
+LEAST_LINE_ROWS = 3  # a line is fitted to more
+LEAST_SIDE_PX = 32  # rows and columns that the edge detector needs
 MOST_LINES = 12  # chosen: straight edges that are compared, the longest first
 LEAST_LINE_SHARE = 0.2  # chosen: straight edges over fewer of the picture's rows are no barriers
 LINE_DISTANCE_PX = 2.5  # chosen: pixels this near belong to a line; twice that is the mask of algorithm 6
@@ -52,11 +57,17 @@ class Barriers:
     lines : ndarray of float64, shape (2, 2)
         Slope and start of column(row) of the left and of the right edge.
     light : ndarray of float32, shape (rows, columns)
-        The empty line, 0 to 1.
+        The empty line, 0 to 1, as `lens` straightens it.
+    lens : Lens
+        What makes the barriers straight.
+    over_rollers : bool
+        Whether the light beside a barrier changes, as over rollers and their ends: then it may hang above them.
     """
 
     lines: Array
     light: Plane
+    lens: Lens = field(default_factory=Lens)
+    over_rollers: bool = False
 
     def columns(self, row: Array) -> Array:
         """Columns of both edges, shape (n, 2), in rows (n,)."""
@@ -87,6 +98,7 @@ class Barriers:
         Parameters
         ----------
         light : ndarray of float32, shape (rows, columns)
+            Straightened by `lens`.
 
         Returns
         -------
@@ -98,7 +110,7 @@ class Barriers:
         farthest = 0.0
         for line, outwards in zip(self.lines, (-1, 1), strict=True):
             rows = _whole_rows(light, line, outwards)
-            column, shows = _columns(light, line, outwards, rows)
+            column, shows = _columns(light, line, outwards, rows, over_rollers=self.over_rollers)
             if np.count_nonzero(shows) < LEAST_SEEN_SHARE * len(light):
                 return None
             found = robust_line(rows[shows], column[shows])
@@ -111,47 +123,61 @@ class Barriers:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Edge:
-    """A straight edge: column(row), the mean of its rows, and on which side it is brighter."""
+    """A straight edge: column(row), the mean of its rows, its step of light to the right, and its share of the rows."""
 
     line: Array
     row: float
-    brighter: int
+    step: float
+    share: float
 
 
-def find_barriers(light: Plane) -> Barriers | Reason:
-    """Both barriers in a picture of the empty line.
+def find_barriers(light: Plane, near_columns: tuple[float, float] | None = None) -> Barriers | Reason:
+    """Both barriers in a picture of the line, empty or with a bar between them.
 
     Parameters
     ----------
     light : ndarray of float32, shape (rows, columns)
-        Mean of one or more pictures without a bar, 0 to 1.
+        Mean of one or more pictures, 0 to 1.
+    near_columns : tuple of float, optional
+        Columns of both inner edges in the picture's middle row, to within `HINT_PX`; needed where other pairs of edges
+        look like barriers.
 
     Returns
     -------
     Barriers or Reason
-        `barrier_hidden` when a barrier is not found or shows in less than `LEAST_SHOWN_SHARE` of the rows,
-        `barrier_bent` when one is not straight.
+        `barrier_hidden` when a barrier is not found or shows in less than `LEAST_SHOWN_SHARE` of the rows, or the
+        picture has fewer than `LEAST_SIDE_PX` rows or columns; `barrier_bent` when no lens makes both straight.
 
     Raises
     ------
     ValueError
-        `light` is no grey picture of float32 from 0 to 1 of at least 32 x 32.
+        `light` is no grey picture of float32 from 0 to 1.
     """
     if light.ndim != 2:
         raise ValueError(f"light: a grey picture of shape (rows, columns) wanted, got {light.shape}")
-    pair = _inner_pair(_straight_edges(light))
+    if min(light.shape) < LEAST_SIDE_PX:
+        return Reason.BARRIER_HIDDEN
+    pair = _inner_pair(_straight_edges(light), light.shape, near_columns)
     if pair is None:
         return Reason.BARRIER_HIDDEN
-    lines, straight_px = [], 0.0
-    for edge, outwards in zip(pair, (-1, 1), strict=True):
-        found = _at_half_level(light, edge.line, outwards)
+    over_rollers = any(
+        rollers_show(_inner_profile(light, edge.line, out), abs(edge.step))
+        for edge, out in zip(pair, (-1, 1), strict=True)
+    )
+    found = _straight_pair(light, [edge.line for edge in pair], over_rollers=over_rollers)
+    if found is None:
+        return Reason.BARRIER_HIDDEN
+    lens = plumb_line([one.bands for one in found], light.shape)
+    if lens.bending:
+        light = lens.straightened(light)
+        straight = [ideal_points(one.bands, lens.bending, light.shape) for one in found]
+        lines = [np.polyfit(points[:, 1], points[:, 0], 1) for points in straight]
+        found = _straight_pair(light, lines, over_rollers=over_rollers)
         if found is None:
             return Reason.BARRIER_HIDDEN
-        lines.append(found[0])
-        straight_px = max(straight_px, found[1])
-    if straight_px > MOST_BEND_PX:
+    if max(one.off_straight_px for one in found) > MOST_BEND_PX:
         return Reason.BARRIER_BENT
-    return Barriers(np.array(lines), light)
+    return Barriers(np.array([one.line for one in found]), light, lens, over_rollers)
 
 
 def across(light: Plane, line: Array, outwards: int, rows: Array, offsets_px: Array) -> Array:
@@ -193,7 +219,7 @@ def _straight_edges(light: Plane) -> list[_Edge]:
             break
         masked = np.abs(column - line[0] * row - line[1]) <= 2 * LINE_DISTANCE_PX
         if np.ptp(row[masked]) >= LEAST_LINE_SHARE * len(light):
-            found.append(_edge(light, row[masked], column[masked]))
+            found.append(_edge(light, line, row[masked], column[masked]))
         row, column = row[~masked], column[~masked]
     return found
 
@@ -206,8 +232,8 @@ def _most_voted(row: NDArray[np.int64], column: NDArray[np.int64], shape: tuple[
     best, line = LEAST_LINE_SHARE * rows, None
     for slope in SLOPES:
         start = column - slope * (row - rows / 2)
-        cell = np.clip(start / LINE_DISTANCE_PX, 0, columns / LINE_DISTANCE_PX).astype(np.int64)
-        votes = np.bincount(cell)
+        inside = (start >= 0) & (start < columns)  # a line that crosses the middle row beside the picture is no barrier
+        votes = np.bincount((start[inside] / LINE_DISTANCE_PX).astype(np.int64), minlength=1)
         votes = np.convolve(votes, np.ones(2, dtype=np.int64))  # cell and the one before: no line falls between two
         place = int(np.argmax(votes))
         if votes[place] > best:
@@ -215,40 +241,77 @@ def _most_voted(row: NDArray[np.int64], column: NDArray[np.int64], shape: tuple[
     return line
 
 
-def _edge(light: Plane, row: NDArray[np.int64], column: NDArray[np.int64]) -> _Edge:
-    line = robust_line(row.astype(np.float64), column.astype(np.float64))
+def _edge(light: Plane, line: Array, row: NDArray[np.int64], column: NDArray[np.int64]) -> _Edge:
+    """The edge near a voted line; edges of something else beside it do not count."""
     near = np.abs(column - line[0] * row - line[1]) <= LINE_DISTANCE_PX
+    if np.unique(row[near]).size > LEAST_LINE_ROWS:
+        line = robust_line(row[near].astype(np.float64), column[near].astype(np.float64))
+        near = np.abs(column - line[0] * row - line[1]) <= LINE_DISTANCE_PX
     rows = np.unique(row[near]).astype(np.float64)
     levels = across(light, line, 1, rows, np.array([-SIDE_OFFSET_PX, SIDE_OFFSET_PX]))
-    step = np.nanmedian(np.diff(levels, axis=1)) if np.isfinite(levels).all(axis=1).any() else 0.0
-    return _Edge(line, float(row[near].mean()), int(np.sign(step)))
+    step = float(np.nanmedian(np.diff(levels, axis=1))) if np.isfinite(levels).all(axis=1).any() else 0.0
+    return _Edge(line, float(row[near].mean()) if near.any() else 0.0, step, len(rows) / len(light))
 
 
-def _inner_pair(edges: list[_Edge]) -> tuple[_Edge, _Edge] | None:
-    """Neighbours with the widest dark strip between them."""
-    middle = max((edge.row for edge in edges), default=0.0)
-    ordered = sorted(edges, key=lambda edge: edge.line[0] * middle + edge.line[1])
-    pairs: list[float] = [
-        float((right.line - left.line) @ [middle, 1.0]) if (left.brighter, right.brighter) == (-1, 1) else -np.inf
-        for left, right in pairwise(ordered)
+def _inner_pair(
+    edges: list[_Edge], shape: tuple[int, ...], near_columns: tuple[float, float] | None
+) -> tuple[_Edge, _Edge] | None:
+    """The two edges that are most alike a pair of barriers: bright outside, alike in light, long, room for a bar."""
+    row = np.array([shape[0] / 2, 1.0])
+    best, pair = 0.0, None
+    for left in edges:
+        for right in edges:
+            width = float((right.line - left.line) @ row)
+            if left.step >= 0 or right.step <= 0 or width < max(LEAST_STRIP_PX, LEAST_STRIP_SHARE * shape[1]):
+                continue
+            columns = np.array([left.line @ row, right.line @ row])
+            if near_columns is not None and np.abs(columns - near_columns).max() > HINT_PX:
+                continue
+            weak, strong = sorted((-left.step, right.step))
+            alike = weak * (weak / strong) ** 2 * min(left.share, right.share)
+            if alike > best:
+                best, pair = alike, (left, right)
+    return pair
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Straight:
+    """A barrier's edge at half level: its line, how far it is from straight, and the median points of its bands."""
+
+    line: Array
+    off_straight_px: float
+    bands: Array
+
+
+def _straight_pair(light: Plane, lines: list[Array], *, over_rollers: bool) -> list[_Straight] | None:
+    """Both edges at half level; None when one shows in too few rows."""
+    found = [
+        _at_half_level(light, line, outwards, over_rollers=over_rollers)
+        for line, outwards in zip(lines, (-1, 1), strict=True)
     ]
-    if not pairs or max(pairs) <= 0:
-        return None
-    widest = int(np.argmax(pairs))
-    return ordered[widest], ordered[widest + 1]
+    both = [one for one in found if one is not None]
+    return both if len(both) == len(found) else None
 
 
-def _at_half_level(light: Plane, line: Array, outwards: int) -> tuple[Array, float] | None:
-    """Line at half level and how far it is from straight; None when it shows in too few rows."""
-    rows = _whole_rows(light, line, outwards)
-    column, shows = _columns(light, line, outwards, rows)
-    if np.count_nonzero(shows) < LEAST_SHOWN_SHARE * len(light):
-        return None
-    line = robust_line(rows[shows], column[shows])
-    column, shows = _columns(light, line, outwards, rows)
-    if np.count_nonzero(shows) < LEAST_SHOWN_SHARE * len(light):
-        return None
-    return robust_line(rows[shows], column[shows]), _off_straight_px(rows[shows], column[shows])
+def _at_half_level(light: Plane, line: Array, outwards: int, *, over_rollers: bool) -> _Straight | None:
+    rows, column, shows = np.empty(0), np.empty(0), np.zeros(0, dtype=np.bool_)
+    for _ in range(2):
+        rows = _whole_rows(light, line, outwards)
+        column, shows = _columns(light, line, outwards, rows, over_rollers=over_rollers)
+        if np.count_nonzero(shows) < LEAST_SHOWN_SHARE * len(light):
+            return None
+        line = robust_line(rows[shows], column[shows])
+    bands = np.array(
+        [
+            [np.median(columns), part.mean()]
+            for columns, part in zip(
+                np.array_split(column[shows], BAND_COUNT), np.array_split(rows[shows], BAND_COUNT), strict=True
+            )
+        ]
+    )
+    x, y = bands.T
+    off = x - np.polyval(np.polyfit(y, x, 1), y)
+    return _Straight(line, float(np.sqrt(np.mean(off**2))), bands)
 
 
 def _whole_rows(light: Plane, line: Array, outwards: int) -> Array:
@@ -257,9 +320,21 @@ def _whole_rows(light: Plane, line: Array, outwards: int) -> Array:
     return rows[np.isfinite(across(light, line, outwards, rows, SAMPLE_OFFSETS_PX)).all(axis=1)]
 
 
-def _columns(light: Plane, line: Array, outwards: int, rows: Array) -> tuple[Array, NDArray[np.bool_]]:
+def _inner_profile(light: Plane, line: Array, outwards: int) -> Array:
+    """Light on the conveyor beside a barrier, from row to row, shape (rows, offsets)."""
+    rows = np.arange(len(light), dtype=np.float64)
+    profile = across(light, line, outwards, rows, BESIDE_OFFSETS_PX)
+    return profile[np.isfinite(profile).all(axis=1)]
+
+
+def _columns(
+    light: Plane, line: Array, outwards: int, rows: Array, *, over_rollers: bool
+) -> tuple[Array, NDArray[np.bool_]]:
     profile = across(light, line, outwards, rows, SAMPLE_OFFSETS_PX)
-    crossings = half_level_crossing(profile, SAMPLE_OFFSETS_PX, FIRST_BLUR_PX, expected_px=0.0)
+    if over_rollers:
+        crossings = crossings_beside_rollers(profile, SAMPLE_OFFSETS_PX)
+    else:
+        crossings = half_level_crossing(profile, SAMPLE_OFFSETS_PX, FIRST_BLUR_PX, expected_px=0.0)
     return crossed_columns(crossings, line, outwards, rows)
 
 
@@ -285,13 +360,19 @@ def crossed_columns(crossings: Crossings, line: Array, outwards: int, rows: Arra
     return line[0] * rows + line[1] + outwards * crossings.place_px * np.hypot(1.0, line[0]), shows
 
 
-def _off_straight_px(row: Array, column: Array) -> float:
-    bands = [np.median(part) for part in np.array_split(column, BAND_COUNT)]
-    middle = [part.mean() for part in np.array_split(row, BAND_COUNT)]
-    fitted = np.polyval(np.polyfit(middle, bands, 1), middle)
-    return float(np.sqrt(np.mean((bands - fitted) ** 2)))
+def grey_light(picture: NDArray[np.uint8], response_exponent: float = 1.0) -> Plane:
+    """Light, 0 to 1, of an 8-bit picture.
 
+    Parameters
+    ----------
+    picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        Grey, or blue-green-red.
+    response_exponent : float
+        Code values follow light to this power; 1 for a linear camera.
 
-def grey_light(picture: NDArray[np.uint8]) -> Plane:
-    """Grey light, 0 to 1, shape (rows, columns), of an 8-bit picture, grey or blue-green-red, coded linearly."""
-    return np.multiply(grey(picture), np.float32(1 / 255), dtype=np.float32)
+    Returns
+    -------
+    ndarray of float32, shape (rows, columns)
+    """
+    light = np.multiply(grey(picture), np.float32(1 / 255), dtype=np.float32)
+    return light if response_exponent == 1.0 else light ** np.float32(1 / response_exponent)

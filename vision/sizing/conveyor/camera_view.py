@@ -47,6 +47,9 @@ class ConveyorReference:
         Of the barriers' upper inner edges over the conveyor.
     camera_height_mm : float or None
         Of the camera's lens over the conveyor.
+    barrier_lower_mm : float or None
+        Of the barriers' lower edges over the conveyor: 0 for walls that stand on it, more for barriers that hang. None:
+        walls, except over rollers, where they may hang at any height.
 
     Raises
     ------
@@ -58,6 +61,7 @@ class ConveyorReference:
     spacing_mm: float
     barrier_height_mm: float | None = None
     camera_height_mm: float | None = None
+    barrier_lower_mm: float | None = None
 
     def __post_init__(self) -> None:
         lengths = (self.spacing_mm, self.barrier_height_mm, self.camera_height_mm)
@@ -67,6 +71,14 @@ class ConveyorReference:
             raise ValueError("barrier_height_mm: barriers are lower than their distance, spacing_mm; are they swapped?")
         if self.camera_height_mm is not None and self.camera_height_mm <= 2 * (self.barrier_height_mm or 0.0):
             raise ValueError("camera_height_mm: the camera must hang well above the barriers")
+        if self.barrier_lower_mm is not None and not 0 <= self.barrier_lower_mm < (self.barrier_height_mm or np.inf):
+            raise ValueError("barrier_lower_mm: 0 or more is wanted, and less than barrier_height_mm")
+
+    def lower_range_mm(self, *, over_rollers: bool) -> tuple[float, float]:
+        """Least and greatest height at which the barriers' lower edges may hang; both 0 for walls."""
+        if self.barrier_lower_mm is not None:
+            return self.barrier_lower_mm, self.barrier_lower_mm
+        return 0.0, (self.barrier_height_mm or 0.0) if over_rollers else 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -179,6 +191,10 @@ def conveyor_view(
     if top_mm is None:
         view = _of_lines(barriers, barriers.lines, reference, UNKNOWN_HEIGHT_MM, focal_share)
         return replace(view, u_plane_mm=U_UNKNOWN_HEIGHT_MM)
+    least_mm, most_mm = reference.lower_range_mm(over_rollers=barriers.over_rollers)
+    if most_mm > 0:  # the edge that is seen lies anywhere between the lowest and the upper one
+        view = _of_lines(barriers, barriers.lines, reference, 0.5 * (least_mm + top_mm), focal_share)
+        return replace(view, u_plane_mm=(top_mm - least_mm) / np.sqrt(12))
     view = _of_lines(barriers, barriers.lines, reference, 0.0, focal_share)
     across = view.across_mm / reference.spacing_mm
     u_across = view.u_across_mm / reference.spacing_mm

@@ -36,6 +36,7 @@ LEAST_BAR_PX = 8  # chosen: fewer hot columns are no bar
 LEAST_GAP_PX = 9.0  # chosen: nearer to a barrier the bar's edge has no dark side
 END_ROWS = 4  # chosen: rows at either end of the picture that are left out
 PROFILE_OFFSETS_PX = np.arange(-9.0, 9.25, 0.25)  # across an edge of the bar, from the conveyor inwards
+DARK_PERCENTILE = 20  # chosen: of the light between barriers in a row, the conveyor beside a bar
 WINDOW_COUNT = 24  # chosen: windows along the bar
 LEAST_WINDOWS_SHARE = 0.2  # chosen: with fewer windows there is no value (`no_windows`)
 LINE_DISTANCE_PX = 1.0  # chosen: a row whose edge lies further off the bar's straight line is left out
@@ -63,12 +64,17 @@ class ConveyorGauge:
     Parameters
     ----------
     empty : sequence of ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
-        Pictures of the line without a bar.
+        Pictures of the line, without a bar or with one that leaves both barriers in view.
     reference : ConveyorReference
     compensation_mm : float
         Added to every diameter, as the dissertation does; 0 adds nothing.
     ovality_mm : float
         Greatest minus least width that a section may have.
+    near_columns : tuple of float, optional
+        As for `find_barriers`.
+    response_exponent : float
+        Code values follow light to this power. A response of 0.8 that is taken for 1 moves each edge of a bar by some
+        0.15 px outwards.
 
     Attributes
     ----------
@@ -78,7 +84,8 @@ class ConveyorGauge:
     Raises
     ------
     ValueError
-        There is no picture, or pictures differ in size; the compensation is not finite.
+        There is no picture, or pictures differ in size; the compensation is not finite; the response's exponent is
+        not above 0.
     """
 
     def __init__(
@@ -87,16 +94,24 @@ class ConveyorGauge:
         reference: ConveyorReference,
         compensation_mm: float = 0.0,
         ovality_mm: float = 0.0,
+        *,
+        near_columns: tuple[float, float] | None = None,
+        response_exponent: float = 1.0,
     ) -> None:
         if not empty or len({picture.shape[:2] for picture in empty}) != 1:
             raise ValueError("empty: at least one picture of the empty line is wanted, all of one size")
         if not np.isfinite(compensation_mm):
             raise ValueError(f"compensation_mm is {compensation_mm}; a number of millimetres is wanted")
-        self._empty: Plane = np.asarray(np.mean([grey_light(picture) for picture in empty], axis=0), np.float32)
+        if not 0 < response_exponent < np.inf:
+            raise ValueError(f"response_exponent is {response_exponent}; a number above 0 is wanted")
+        self._response_exponent = response_exponent
+        self._empty: Plane = np.asarray(np.mean([self._light(picture) for picture in empty], axis=0), np.float32)
         self._compensation_mm = compensation_mm
         self._u_shape_mm = float(ovality_mm / np.sqrt(12))
-        self.barriers = find_barriers(self._empty)
+        self.barriers = find_barriers(self._empty, near_columns)
         if isinstance(self.barriers, Barriers):
+            self._lens = self.barriers.lens
+            self._without_bar = _without_bar(self.barriers)
             self._view = conveyor_view(self.barriers, reference)
             self._changed = _changed_views(self.barriers, reference, self._view)
             self._assumed = _assumed_views(self.barriers, reference, self._view)
@@ -108,7 +123,7 @@ class ConveyorGauge:
         Parameters
         ----------
         picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
-            Coded linearly, of the size of the empty ones.
+            Coded as `response_exponent` says, of the size of the empty ones.
 
         Returns
         -------
@@ -126,8 +141,8 @@ class ConveyorGauge:
             raise ValueError(f"picture: {picture.shape[:2]} rows and columns, the empty line has {self._empty.shape}")
         if not isinstance(self.barriers, Barriers):
             return _nothing(Reason.EDGE_NOT_FOUND | self.barriers)
-        light = grey_light(picture)
-        spans = bar_spans(light, self._empty)
+        light = self.barriers.lens.straightened(self._light(picture))
+        spans = bar_spans(light, self._without_bar)
         if isinstance(spans, Reason):
             return _nothing(spans)
         left, right = (_limb(light, spans, side) for side in (0, 1))
@@ -140,6 +155,9 @@ class ConveyorGauge:
         }
         reason = self._forbids(light, limbs["clipped_share"])
         return replace(_nothing(reason) if reason else self._read(left, right), **limbs)
+
+    def _light(self, picture: NDArray[np.uint8]) -> Plane:
+        return grey_light(picture, self._response_exponent)
 
     def _forbids(self, light: Plane, clipped_share: float) -> Reason:
         """Reasons that forbid a value although there is a bar with two edges."""
@@ -189,7 +207,9 @@ class ConveyorGauge:
         width_px = abs(float(np.mean(ends[1][:, 0] - ends[0][:, 0])))
         edges = diameter_mm * np.sqrt(2) * U_EDGE_PX / width_px
         ruler = diameter_mm * np.hypot(np.sqrt(2) * U_EDGE_PX, self._view.u_width_px) / self._barriers_px
-        calibration = np.linalg.norm([ruler, U_SPACING_SHARE * diameter_mm])
+        half = np.array([self._barriers_px, width_px]) / self._empty.shape[1]  # in half widths of the picture
+        lens = diameter_mm * self._lens.u_bending * abs(float(half[0] ** 2 - half[1] ** 2))
+        calibration = np.linalg.norm([ruler, U_SPACING_SHARE * diameter_mm, lens])
         changes = [float(np.median(diameters_mm(view, *ends))) - diameter_mm for view in self._changed]
         return float(calibration), float(np.linalg.norm([edges, *changes]))
 
@@ -292,6 +312,20 @@ def bar_spans(light: Plane, empty: Plane) -> NDArray[np.int64] | Reason:
     spans = np.where(there[:, None], np.column_stack([first, last]), -1)
     spans[:END_ROWS] = spans[-END_ROWS:] = -1
     return spans if np.count_nonzero(spans[:, 0] >= 0) >= COVERED_SHARE * rows else Reason.BAR_TOO_SHORT
+
+
+def _without_bar(barriers: Barriers) -> Plane:
+    """The empty line, 0 to 1; where its picture shows a bar, rows between barriers are as light as their dark part."""
+    light = barriers.light
+    rows, columns = light.shape
+    edges = barriers.columns(np.arange(rows, dtype=np.float64))
+    inside = (np.arange(columns) > edges[:, :1] + LEAST_GAP_PX) & (np.arange(columns) < edges[:, 1:] - LEAST_GAP_PX)
+    between = np.where(inside, light, np.nan)
+    shown = inside.any(axis=1)
+    dark = np.zeros((rows, 1))
+    dark[shown] = np.nanpercentile(between[shown], DARK_PERCENTILE, axis=1)[:, None]
+    flat = np.where(inside, np.minimum(light, dark), light).astype(np.float32)
+    return light if bar_spans(light, flat) is Reason.NO_BAR else flat
 
 
 def _limb(light: Plane, spans: NDArray[np.int64], side: int) -> _Limb | None:

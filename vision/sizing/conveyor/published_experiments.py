@@ -89,7 +89,7 @@ def experiment(
     """
     if number not in EXPERIMENTS:
         raise ValueError(f"number is {number}; there are experiments 1 to 4")
-    light, empty = grey_light(picture), barriers.light
+    light, empty = barriers.lens.straightened(grey_light(picture)), barriers.light
     rows = np.arange(len(light), dtype=np.float64)
     ratio = barriers.pixel_ratio(rows, spacing_mm)
     if number in {2, 4}:

@@ -268,13 +268,16 @@ def test_a_compensation_is_added_when_asked_for(recording, tmp_path):
 
 
 @pytest.mark.parametrize("offsets_mm", [(0.0, 0.0, 0.0), (-40.0, 0.0, 40.0), (0.0, 3.0, 30.0)])
-def test_a_recording_without_an_empty_frame_gives_no_value(tmp_path, offsets_mm):
+def test_a_recording_without_an_empty_frame_is_measured_where_its_barriers_show_beside_the_bar(tmp_path, offsets_mm):
     for number, offset_mm in enumerate(offsets_mm):
         picture = line_of(bar=replace(BAR, offset_mm=offset_mm), seed=number).pictures(0, 1)[0]
         (tmp_path / "recording").mkdir(exist_ok=True)
         cv2.imwrite(str(tmp_path / "recording" / f"{number:06}.png"), picture)
     assert command(tmp_path / "recording", tmp_path / "out.jsonl", "--barrier-mm", 500, "--barrier-height-mm", 100) == 0
-    assert not any(json.loads(text)["valid"] for text in (tmp_path / "out.jsonl").read_text().splitlines())
+    rows = [json.loads(text) for text in (tmp_path / "out.jsonl").read_text().splitlines()]
+    assert all(row["valid"] for row in rows)
+    for row in rows:
+        assert row["diameter_mm"] == pytest.approx(BAR.diameter_mm, abs=row["expanded_uncertainty_mm"])
 
 
 def test_a_background_of_another_size_is_refused(recording, tmp_path, capsys):
