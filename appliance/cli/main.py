@@ -8,21 +8,9 @@ import sys
 from collections.abc import Callable, Sequence
 from typing import NoReturn
 
-from appliance.cli import (
-    calibrate,
-    certificates,
-    computer,
-    fuse,
-    history,
-    measure,
-    orient,
-    plc,
-    serve,
-    simulate,
-    train,
-    verify,
-)
 from appliance.cli.common import add_config
+from appliance.cli.gauge import certificates, computer, history, plc, serve
+from appliance.cli.pictures import calibrate, fuse, measure, orient, simulate, train, verify
 from appliance.command_options import CommandError
 from appliance.errors import HotgaugeError
 

@@ -1,6 +1,6 @@
 """Interface of a sizing method to the command `measure`: its names, its options, and the function that measures.
 
-The table of them is in `appliance.cli.measure`. Nothing here loads an image library before a method runs.
+The table of them is in `appliance.cli.pictures.measure`. Nothing here loads an image library before a method runs.
 """
 
 import argparse

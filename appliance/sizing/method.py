@@ -1,8 +1,8 @@
 """Interface of a sizing method: its camera, its gauge, its part in `replay` and in `doctor`.
 
 A method is a folder here with its settings and a folder in `vision.sizing` with its gauge, a row in
-`appliance.sizing.settings` and a row in `appliance.cli.measure`. The settings load the gauge only when it is asked for:
-the supervisor reads settings and must load no image library.
+`appliance.sizing.settings` and a row in `appliance.cli.pictures.measure`. The settings load the gauge only when it is
+asked for: the supervisor reads settings and must load no image library.
 """
 
 from abc import ABC, abstractmethod

@@ -14,7 +14,7 @@ from appliance.cameras.kinds import ConveyorCamera, IngotCamera, StereoCamera
 from appliance.cameras.section import PairCamera, PictureCamera
 from appliance.cameras.source import CameraError
 from appliance.cli.main import COMMANDS, parser
-from appliance.cli.measure import ROOM_BY_METHOD, ROOMS
+from appliance.cli.pictures.measure import ROOM_BY_METHOD, ROOMS
 from appliance.diagnostics.fault_table import FAULTS
 from appliance.ingot.reader_setup import load_view
 from appliance.ingot.settings import IngotSettings

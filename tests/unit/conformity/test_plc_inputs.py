@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from appliance.cli.serve import welcome
+from appliance.cli.gauge.serve import welcome
 from appliance.conformity import plc_inputs as kept_module
 from appliance.conformity.plc_inputs import FILE_NAME, PlcInputs, PlcInputsError, read, write
 from appliance.supervisor.settings import PlcSettings, Settings, state_folder

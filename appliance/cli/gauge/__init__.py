@@ -1,0 +1,1 @@
+"""Commands of a running gauge, its PLC, its history and its computer."""

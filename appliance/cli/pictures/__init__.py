@@ -1,0 +1,1 @@
+"""Commands that read or draw pictures: calibrate, measure, orient, fuse, verify, simulate, train-edges."""
