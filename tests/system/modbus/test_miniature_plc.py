@@ -44,7 +44,7 @@ def test_all_outputs_are_written_with_every_scan_but_told_only_once(plc, server,
         {"target_diameter": 26550, "tolerance_plus": 40, "product_id": 70000, "steel_temperature": 1050},
         {"hold": True},
     ]
-    assert server.requests == 20 * 4
+    assert server.requests == 20 * 5  # two writes and three reads a scan
 
 
 def test_the_other_word_order_is_written_as_it_is_read(server, written):
