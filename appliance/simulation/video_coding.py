@@ -47,11 +47,12 @@ class Video:
         """Matroska file of blue-green-red pictures with an even number of rows and of columns."""
         file = io.BytesIO()
         with av.open(file, "w", format="matroska") as container:
-            options = {"crf": str(self.crf), "preset": "medium"}
+            # x264's assembler codes equal pictures to other bits from run to run; without it a seed is one picture
+            options = {"crf": str(self.crf), "preset": "medium", "x264-params": "asm=0"}
             stream = container.add_stream("libx264", rate=RATE_HZ, options=options)  # pyright: ignore[reportUnknownMemberType]  av's stub
             stream.height, stream.width = pictures[0].shape[:2]
             stream.pix_fmt = self._pixel_format
-            stream.codec_context.thread_count = 1  # with more, x264's bits depend on how the threads were timed
+            stream.codec_context.thread_count = 1
             stream.codec_context.color_range = 2 if self.full_range else 1
             stream.codec_context.colorspace = COLOUR_CODES[self.matrix]
             stream.codec_context.time_base = Fraction(1, RATE_HZ)

@@ -16,7 +16,6 @@ from vision.light import NAMED_RESPONSES, ResponseCurve, light_of
 from vision.sent_picture import SentPicture
 from vision.sizing.gauge import Gauge
 
-REPEATABLE = False  # coded video came out differently from run to run, by up to 0.05 mm; why is not known yet
 TEXT = (
     "The gauge as served, both routes, on pictures in the codings that cameras use: each seed has its own rig, board, "
     "calibration and bar (clean, with scale, or with lit rollers), and a camera response of random shape that is "
