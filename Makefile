@@ -77,7 +77,7 @@ packages:
 	"$${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -qq -y $(DEBIAN_PACKAGES) > /dev/null
 
 $(VENV)/installed: $(BIN)/python pyproject.toml constraints.txt
-	$(PIP_INSTALL) -e .
+	$(PIP_INSTALL) -e '.[plots]'  # README's examples draw
 	@touch $@
 
 $(VENV)/installed-dev: $(BIN)/python pyproject.toml constraints.txt
