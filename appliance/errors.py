@@ -11,6 +11,7 @@
     +-- ScaleError                sizing.method              nothing makes millimetres of pixels; names its fault
     |   +-- RigError              sizing.stereo.rig_file     no usable rig file
     |   +-- EmptyLineError        sizing.conveyor.empty_line no usable picture of the empty line
+    +-- CaptureError              capture.error              pictures cannot be taken or kept
     +-- ReferencesError           ingot.reader_setup         no usable references of the ingots' ends
     +-- HistoryError              history.schema             the history cannot be read
     +-- ParquetMissingError       history.export             the library of Parquet files is not installed

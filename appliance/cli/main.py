@@ -10,7 +10,7 @@ from typing import NoReturn
 
 from appliance.cli.common import add_config
 from appliance.cli.gauge import certificates, computer, history, plc, serve
-from appliance.cli.pictures import calibrate, fuse, measure, orient, simulate, train, verify
+from appliance.cli.pictures import board, calibrate, capture, fuse, measure, orient, simulate, train, verify
 from appliance.command_options import CommandError
 from appliance.errors import HotgaugeError
 
@@ -105,6 +105,12 @@ COMMANDS: dict[str, tuple[_Run, str, _AddArguments]] = {
         computer.run_check_config,
         "Check a settings file and show what is in force",
         computer.add_check_config,
+    ),
+    "board": (board.run_board, "Write a checkerboard to print, with rulers that show its scale", board.add_board),
+    "capture": (
+        capture.run_capture,
+        "Take pictures: of boards, the empty line, ingots, or a recording",
+        capture.add_capture,
     ),
     "calibrate": (
         calibrate.run_calibrate,

@@ -7,7 +7,7 @@ from typing import Self
 
 from appliance.cameras.genicam.device import Device
 from appliance.cameras.genicam.settings import GenicamCamera, GenicamPictures
-from appliance.cameras.pacing import utc_ms
+from appliance.cameras.newest_picture import NewestPicture
 from appliance.cameras.pairing import Pairing
 from appliance.cameras.source import Frame, FramePair
 
@@ -90,8 +90,7 @@ class GenicamPictureSource:
     def __enter__(self) -> Self:
         """Open and start the camera; raises `CameraError`."""
         self._device = Device(self._settings.serial, self._settings)
-        self._first: int | None = None
-        self._delivered = 0
+        self._newest = NewestPicture(self._device.take, self._device.temperature_c)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -100,24 +99,7 @@ class GenicamPictureSource:
 
     def next(self, timeout_s: float) -> Frame | None:
         """Newest picture; None when none came in time, `CameraError` when the camera is lost."""
-        newest = self._device.take(timeout_s)
-        while (later := self._device.take(0.0)) is not None:
-            newest = later
-        if newest is None:
-            return None
-        self._first = newest.sequence if self._first is None else self._first
-        number = newest.sequence - self._first
-        self._delivered += 1
-        return Frame(
-            newest.picture.shown,
-            sequence=number,
-            exposed_monotonic_s=newest.exposed_monotonic_s,
-            exposed_utc_ms=utc_ms(newest.exposed_monotonic_s),
-            exposure_us=newest.exposure_us,
-            dropped=number + 1 - self._delivered,
-            device_us=newest.device_us,
-            temperature_c=self._device.temperature_c(),
-        )
+        return self._newest.next(timeout_s)
 
     def set_exposure(self, exposure_us: float) -> None:
         """Have the next pictures exposed for another time."""

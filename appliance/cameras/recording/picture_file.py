@@ -1,9 +1,13 @@
-"""SentPicture files with their coding: PNG of 8 to 16 bits, JPEG with its luma, Bayer mosaics."""
+"""Picture files with their coding: PNG, TIFF, BMP and PGM of 8 to 16 bits, JPEG with its luma, Bayer mosaics.
+
+A picture that a file marks as turned (EXIF orientation) is turned as every viewer shows it.
+"""
 
 import json
+import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import cv2
 import numpy as np
@@ -13,10 +17,13 @@ from appliance.cameras.recording.jpeg_header import read_jpeg_header
 from appliance.cameras.source import CameraError
 from vision.sent_picture import LUMA_601, MOSAICS, Codes, Coding, Mosaic, SentPicture, sent_picture
 
-JPEG_END = b"\xff\xd9"
+JPEG_START, JPEG_END = b"\xff\xd8", b"\xff\xd9"
 PNG_END = b"IEND\xaeB`\x82"
 PNG_START = b"\x89PNG\r\n\x1a\n"
 SIGNIFICANT_BITS = b"sBIT"
+TIFF_ORDERS: dict[bytes, Literal["little", "big"]] = {b"II*\0": "little", b"MM\0*": "big"}
+TIFF_ENTRY_BYTES = 12
+PGM_HEAD = re.compile(rb"P[25]\s+(?:#[^\n]*\n\s*)*\d+\s+(?:#[^\n]*\n\s*)*\d+\s+(?:#[^\n]*\n\s*)*(\d+)\s")
 CODING_FILE = "coding.json"
 
 
@@ -37,6 +44,7 @@ class ToldCoding:
 
 
 UNTOLD = ToldCoding()
+cv2.setLogLevel(0)  # what it says of files that are broken is said by us
 
 
 def read_told_coding(folder: Path) -> ToldCoding:
@@ -70,7 +78,7 @@ def read_picture(path: Path, told: ToldCoding = UNTOLD) -> SentPicture:
     Parameters
     ----------
     path : Path
-        PNG or JPEG.
+        PNG, JPEG, TIFF, BMP or PGM by its content.
     told : ToldCoding
         What the file itself cannot say.
 
@@ -88,18 +96,20 @@ def read_picture(path: Path, told: ToldCoding = UNTOLD) -> SentPicture:
         data = path.read_bytes()
     except OSError as error:
         raise CameraError(f"{path}: cannot be read ({error.strerror}); check the disk and its permissions") from error
-    # OpenCV fills what is missing of a truncated file with grey and calls it a picture.
-    end = PNG_END if path.suffix.lower() == ".png" else JPEG_END
+    # OpenCV fills what is missing of a truncated PNG or JPEG with grey and calls it a picture, of others it does not
+    end = PNG_END if data.startswith(PNG_START) else JPEG_END if data.startswith(JPEG_START) else b""
     if not data.rstrip(b"\0").endswith(end):
         raise CameraError(f"{path}: the file breaks off before the picture's end; copy or record it again")
     picture = decoded_picture(data, told)
     if picture is None:
-        raise CameraError(f"{path}: not a readable PNG or JPEG picture; copy or record it again")
+        raise CameraError(f"{path}: no readable PNG, JPEG, TIFF, BMP or PGM of 8 to 16 bits; copy or record it again")
+    if _pages(data) > 1:
+        raise CameraError(f"{path}: holds more than one picture; write each to a file of its own")
     return picture
 
 
 def decoded_picture(data: bytes, told: ToldCoding = UNTOLD) -> SentPicture | None:
-    """SentPicture of a PNG or JPEG file's bytes; None where they are none.
+    """Picture of a file's bytes; None where they are none, or one of floating point.
 
     Parameters
     ----------
@@ -107,13 +117,13 @@ def decoded_picture(data: bytes, told: ToldCoding = UNTOLD) -> SentPicture | Non
     told : ToldCoding
         What the file itself cannot say.
     """
-    header = read_jpeg_header(data) if data[:2] == b"\xff\xd8" else None
+    header = read_jpeg_header(data) if data.startswith(JPEG_START) else None
     depth = cv2.IMREAD_ANYDEPTH if header is None else 0
     image = _decoded(data, cv2.IMREAD_ANYCOLOR | depth)
     if image is None or image.dtype not in {np.dtype(np.uint8), np.dtype(np.uint16)}:
         return None
     if header is None:
-        return _lossless(image, told.bits or _png_bits(data), told.mosaic)
+        return _lossless(image, told.bits or _stated_bits(data), told.mosaic)
     samples = "grey" if image.ndim == 2 else "colour"
     if header.subsampled and image.ndim == 3:
         luma = _decoded(data, cv2.IMREAD_GRAYSCALE)  # the decoder's own Y, not a mixture of its colours
@@ -123,7 +133,7 @@ def decoded_picture(data: bytes, told: ToldCoding = UNTOLD) -> SentPicture | Non
 
 
 def _decoded(data: bytes, flags: int) -> Codes | None:
-    image: NDArray[Any] | None = cv2.imdecode(np.frombuffer(data, np.uint8), flags | cv2.IMREAD_IGNORE_ORIENTATION)
+    image: NDArray[Any] | None = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
     return image
 
 
@@ -135,6 +145,27 @@ def _lossless(image: Codes, bits: int | None, mosaic: Mosaic | None) -> SentPict
     if mosaic is not None and image.ndim == 2:
         return sent_picture(image, Coding("mosaic", bits, mosaic=mosaic))
     return sent_picture(image, Coding("grey" if image.ndim == 2 else "colour", bits))
+
+
+def _stated_bits(data: bytes) -> int | None:
+    """Bits of a code value as the file states them; None where it states none."""
+    if data.startswith(PNG_START):
+        return _png_bits(data)
+    greatest = PGM_HEAD.match(data)
+    return max(8, int(greatest[1]).bit_length()) if greatest else None
+
+
+def _pages(data: bytes) -> int:
+    """Pictures in a file; TIFF may hold several, each with the place of the next (TIFF 6.0, section 2)."""
+    order = TIFF_ORDERS.get(data[:4])
+    if order is None:
+        return 1
+    place, pages = int.from_bytes(data[4:8], order), 0
+    while 0 < place < len(data) - 2 and pages < 2:
+        pages += 1
+        after = place + 2 + TIFF_ENTRY_BYTES * int.from_bytes(data[place : place + 2], order)
+        place = int.from_bytes(data[after : after + 4], order)
+    return pages
 
 
 def _png_bits(data: bytes) -> int | None:

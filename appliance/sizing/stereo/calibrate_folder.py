@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from appliance.cameras.recording.pairs import PICTURE_SUFFIXES
+from appliance.cameras.recording.names import PICTURE_SUFFIXES
 from appliance.cameras.recording.picture_file import ToldCoding, read_picture, read_told_coding
 from appliance.cameras.source import CameraError
 from vision.calibration.acceptance import CalibrationError, Dropped
