@@ -1,0 +1,192 @@
+"""What happens to two fake GigE cameras; each scenario prints one line of JSON. Run by `scenario`.
+
+The fake camera draws a slope that moves by one level with each frame, so a picture tells its own frame number modulo
+255, and both cameras stamp their pictures with this computer's wall clock, so their true moments are known.
+"""
+
+import contextlib
+import json
+import shutil
+import subprocess
+import sys
+import time
+
+from appliance.cameras.genicam.device import Aravis, Device, connected
+from appliance.cameras.genicam.settings import GenicamCamera
+from appliance.cameras.genicam.source import GenicamSource
+from appliance.cameras.source import CameraError
+
+FAKE = "arv-fake-gv-camera-0.8"
+SERIALS = {"GV01": "127.0.0.1", "GV02": "127.0.0.2"}
+LEFT, RIGHT = SERIALS
+RATE_HZ = 25.0
+PERIOD_US = 1e6 / RATE_HZ
+LEVELS = 255
+SETTLED_S = 2.0
+LOST_WITHIN_S = 30.0
+RETRY_S = 1.0  # as the station waits: appliance/sizing/station.py
+
+
+@contextlib.contextmanager
+def fake_camera(serial, lost_per_thousand=0):
+    """A camera's process, once it answers."""
+    assert shutil.which(FAKE), f"{FAKE} is missing; install the Debian package aravis-tools"
+    words = [FAKE, "-i", SERIALS[serial], "-s", serial, "-r", str(lost_per_thousand)]
+    with subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+        try:
+            wait_for(serial)
+            yield process
+        finally:
+            process.kill()
+
+
+def wait_for(serial, seconds=5):
+    until_s = time.monotonic() + seconds
+    while serial not in {camera.serial for camera in connected()} and time.monotonic() < until_s:
+        time.sleep(0.1)
+
+
+def settings(**more):
+    given = {"rate_hz": RATE_HZ, "exposure_us": 3000.0, "region": [0, 0, 512, 512]}
+    return GenicamCamera(kind="genicam", left=LEFT, right=RIGHT, **given | more)
+
+
+@contextlib.contextmanager
+def both(left_lost=0, right_lost=0):
+    with fake_camera(LEFT, left_lost) as left, fake_camera(RIGHT, right_lost) as right:
+        yield left, right
+
+
+def pairs_of(source, number, within_s=120.0):
+    until_s = time.monotonic() + within_s
+    while number and time.monotonic() < until_s:
+        if (pair := source.next(0.5)) is not None:
+            number -= 1
+            yield pair
+
+
+def note_true_moments():
+    """Have each device note the true stamp of the frames that it gives, by the frame's number in its picture."""
+    given = {}
+    take = Device.take
+
+    def noting(device, wait_s):
+        exposure = take(device, wait_s)
+        if exposure is not None:
+            given.setdefault(device._name, {})[int(exposure.picture.shown[0, 0])] = exposure.device_us
+        return exposure
+
+    Device.take = noting
+    return given
+
+
+def pairs(number=1000):
+    """Each pair's true distance in time, and the order of its frames."""
+    given = note_true_moments()
+    apart_us, steps = [], []
+    before = None
+    with both(), GenicamSource(settings(), PERIOD_US) as source:
+        started_s = time.monotonic()
+        for pair in pairs_of(source, number):
+            now = int(pair.left[0, 0]), int(pair.right[0, 0])
+            stamps = [given[f"camera {serial}"][level] for serial, level in zip((LEFT, RIGHT), now, strict=True)]
+            apart_us.append(abs(stamps[0] - stamps[1]))
+            if before is not None:
+                steps.append([(a - b) % LEVELS for a, b in zip(now, before, strict=True)])
+            before = now
+        seconds = time.monotonic() - started_s
+    apart_us.sort()
+    return {
+        "pairs": len(apart_us),
+        "seconds": round(seconds, 1),
+        # cameras that run freely are half a period apart at most; a partner that is a period away is a mismatch
+        "mismatches": sum(apart > 0.75 * PERIOD_US for apart in apart_us),
+        "out_of_order": sum(not all(0 < step < LEVELS // 2 for step in both_steps) for both_steps in steps),
+        "apart_median_ms": round(apart_us[len(apart_us) // 2] / 1000, 1),
+        "apart_most_ms": round(apart_us[-1] / 1000, 1),
+    }
+
+
+def packet_loss():
+    """Pictures of which packets are lost: none may be measured, and each must be counted."""
+    with both(left_lost=2, right_lost=2), GenicamSource(settings(), PERIOD_US) as source:
+        seen = list(pairs_of(source, 200, within_s=60))
+    broken = sum(not picture.any(axis=1).all() for pair in seen for picture in (pair.left, pair.right))
+    return {"pairs": len(seen), "broken": broken, "dropped": seen[-1].dropped}
+
+
+def reopened(begin_s, within_s=60.0):
+    """Seconds until pairs come again, opening as the station does."""
+    while time.monotonic() < begin_s + within_s:
+        with contextlib.suppress(CameraError), GenicamSource(settings(), PERIOD_US) as source:
+            for _ in pairs_of(source, 1, within_s=8.0):
+                return round(time.monotonic() - begin_s, 1)
+        time.sleep(RETRY_S)
+    return None
+
+
+def lost(source):
+    """The sentence of a camera that is lost, and after how long it was told."""
+    begun_s = time.monotonic()
+    try:
+        for _ in pairs_of(source, 10**6, within_s=LOST_WITHIN_S):
+            pass
+    except CameraError as error:
+        return str(error), error.fault, round(time.monotonic() - begun_s, 1)
+    return "", "", None
+
+
+def killed_and_back():
+    with contextlib.ExitStack() as stack:
+        left, _ = stack.enter_context(both())
+        with GenicamSource(settings(), PERIOD_US) as source:
+            list(pairs_of(source, 50))
+            left.kill()
+            left.wait()
+            sentence, fault, after_s = lost(source)
+        time.sleep(3)
+        with fake_camera(LEFT):
+            back_s = reopened(time.monotonic())
+    return {"sentence": sentence, "fault": fault, "fault_after_s": after_s, "back_after_s": back_s}
+
+
+def wrong_pixel_format():
+    with both():
+        begun_s = time.monotonic()
+        try:
+            GenicamSource(settings(pixel_format="Mono12"), PERIOD_US).__enter__()
+        except CameraError as error:
+            told = {"sentence": str(error), "fault": error.fault, "fault_after_s": round(time.monotonic() - begun_s, 1)}
+        told["back_after_s"] = reopened(time.monotonic())
+    return told
+
+
+def wrong_packet_size():
+    """Packets for jumbo frames, and a network that then carries 1500 bytes only."""
+    with both():
+        for serial in (LEFT, RIGHT):
+            camera = Aravis.Camera.new(next(c.device for c in connected() if c.serial == serial))
+            camera.gv_set_packet_size(8000)
+            del camera
+        with GenicamSource(settings(), PERIOD_US) as source:
+            before = len(list(pairs_of(source, 50)))
+            sizes = [device._camera.gv_get_packet_size() for device in source._devices]
+            subprocess.run(["ip", "link", "set", "lo", "mtu", "1500"], check=True)
+            sentence, fault, after_s = lost(source)
+        back_s = reopened(time.monotonic())
+        with GenicamSource(settings(), PERIOD_US) as source:
+            sizes_after = [device._camera.gv_get_packet_size() for device in source._devices]
+    return {
+        "pairs_before": before, "packet_bytes": sizes, "sentence": sentence, "fault": fault, "fault_after_s": after_s,
+        "back_after_s": back_s, "packet_bytes_after": sizes_after,
+    }  # fmt: skip
+
+
+def some_pairs():
+    return pairs(100)
+
+
+SCENARIOS = (pairs, some_pairs, packet_loss, killed_and_back, wrong_pixel_format, wrong_packet_size)
+
+if __name__ == "__main__":
+    print(json.dumps(next(one for one in SCENARIOS if one.__name__ == sys.argv[1])()))
