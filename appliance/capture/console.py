@@ -23,7 +23,7 @@ class Console:
         self._output = output
         self._answers = answers
         self._terminal = output.isatty()
-        self._live = ""
+        self._live: str = ""
         self._written_s = 0.0
 
     def say(self, line: str) -> None:
@@ -43,7 +43,8 @@ class Console:
         else:
             self._output.write(line + "\n")
         self._output.flush()
-        self._live, self._written_s = line, now_s
+        self._live = line
+        self._written_s = now_s
 
     def wait_for_enter(self, line: str) -> None:
         """Ask for the Enter key; raises `CaptureError` where nobody can press it."""

@@ -2,6 +2,7 @@
 
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import av
 import cv2
@@ -46,7 +47,7 @@ class LumaVideo:
             self._container = av.open(str(path), "w")
         except OSError as error:
             raise CaptureError(f"{path}: cannot be written ({error.strerror}); give a writable folder") from error
-        self._stream = self._container.add_stream(CODEC, rate=25)
+        self._stream: Any = self._container.add_stream(CODEC, rate=25)  # pyright: ignore[reportUnknownMemberType]
         self._stream.width, self._stream.height, self._stream.pix_fmt = columns, rows, self._layout
         self._stream.codec_context.time_base = TIME_BASE
         self._stream.codec_context.color_range = FULL_RANGE if picture.coding.full_range else LIMITED_RANGE
@@ -63,7 +64,7 @@ class LumaVideo:
             Time of exposure after the first one.
         """
         luma = picture.measured[:, :, 0]
-        planes = np.concatenate([luma.ravel(), _colour_differences(picture).ravel()])
+        planes: NDArray[Any] = np.concatenate([luma.ravel(), _colour_differences(picture).ravel()])
         frame = av.VideoFrame.from_ndarray(planes.reshape(-1, luma.shape[1]), format=self._layout)
         self._last_ms = max(self._last_ms + 1, round(1000 * since_first_s))
         frame.pts, frame.time_base = self._last_ms, TIME_BASE
@@ -76,7 +77,7 @@ class LumaVideo:
 
     def _mux(self, frame: av.VideoFrame | None) -> None:
         try:
-            self._container.mux(self._stream.encode(frame))
+            self._container.mux(self._stream.encode(frame))  # pyright: ignore[reportUnknownMemberType]
         except (FFmpegError, OSError) as error:
             raise CaptureError(f"{self._path}: cannot be written ({error}); make room, or write elsewhere") from error
 

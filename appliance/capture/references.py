@@ -54,10 +54,13 @@ def capture_references(
             console.wait_for_enter(f"lay an ingot on the line with its {end} facing the camera")
         picture, regions = _still_end(settings, end, console)
         write_picture(folder / f"{end}.png", SentPicture.of(picture))
+        write_document(folder / "roi.json", _document(regions))
         console.say(f"{folder / end}.png: stored")
-    document = {"roi_crop": list(regions.crop), "roi_centroid": list(regions.centroid), "box": "x, y, width, height"}
-    write_document(folder / "roi.json", dict(document))
     _compare(folder)
+
+
+def _document(regions: IngotRegions) -> dict[str, object]:
+    return {"roi_crop": list(regions.crop), "roi_centroid": list(regions.centroid), "box": "x, y, width, height"}
 
 
 def _still_end(settings: IngotSettings, name: str, console: Console) -> tuple[Picture, IngotRegions]:

@@ -198,7 +198,9 @@ def _squares(pixels: NDArray[np.uint8], corners_px: Array, board: Board) -> tupl
     middles = (grid[:-1, :-1] + grid[1:, :-1] + grid[:-1, 1:] + grid[1:, 1:]) / 4
     half = max(1, int(np.linalg.norm(np.diff(grid, axis=1), axis=2).min() / 6))
     size = (2 * half + 1, 2 * half + 1)
-    patches = np.array([cv2.getRectSubPix(pixels, size, (float(x), float(y))) for x, y in middles.reshape(-1, 2)])
+    patches = np.array(
+        [cv2.getRectSubPix(pixels, size, (float(x), float(y))) for x, y in middles.reshape(-1, 2)], np.float64
+    )
     even = np.add.outer(np.arange(middles.shape[0]), np.arange(middles.shape[1])).ravel() % 2 == 0
     first, second = patches[even].ravel(), patches[~even].ravel()
     return (first, second) if np.median(first) > np.median(second) else (second, first)

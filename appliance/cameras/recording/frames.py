@@ -24,15 +24,12 @@ Pictures = tuple[SentPicture, ...]
 
 
 class Frames(Protocol):
-    """Frames of a recording, by their position from 0.
+    """Frames of a recording, by their position from 0."""
 
-    Attributes
-    ----------
-    numbers : sequence of int
-        Frame number of each, as pictures are named; of videos their positions.
-    """
-
-    numbers: Sequence[int]
+    @property
+    def numbers(self) -> Sequence[int]:
+        """Frame number of each, as pictures are named; of videos their positions."""
+        ...
 
     def read(self, position: int) -> tuple[int, Pictures] | None:
         """Frame number and pictures, left first; None after the end; raises `CameraError`."""
@@ -112,7 +109,7 @@ class _PictureFrames:
     def __init__(self, folder: Path, cameras: Sequence[dict[int, Path]]) -> None:
         if not all(cameras):
             raise CameraError(f"{folder}: left/ and right/ hold no {PICTURES_IN_WORDS}; record some")
-        alone = set.union(*map(set, cameras)) - set.intersection(*map(set, cameras))
+        alone = {number for paths in cameras for number in paths if not all(number in other for other in cameras)}
         if alone:
             counts = " and ".join(f"{len(paths)} {side}" for side, paths in zip(SIDES, cameras, strict=True))
             raise CameraError(
@@ -143,8 +140,11 @@ class _VideoFrames:
         self._videos = [VideoFile(path) for path in videos]
         counts = [video.announced for video in self._videos]
         if len(set(counts)) > 1:
-            names = " and ".join(f"{video.path.name} {video.announced}" for video in self._videos)
-            raise CameraError(f"{folder}: the numbers of frames differ: {names}; cut both to the same frames")
+            left, right = self._videos
+            raise CameraError(
+                f"{folder}: {left.path.name} has {left.announced} frames and {right.path.name} {right.announced}; "
+                "cut both to the same frames"
+            )
         self.numbers = range(counts[0])
 
     def read(self, position: int) -> tuple[int, Pictures] | None:

@@ -78,7 +78,7 @@ def _numbers(folder: Path, pictures: Sequence[Path]) -> list[int]:
     frames = [re.sub(r"[0-9]+", "#", SIDE_WORDS.sub("", path.stem)).lower() for path in pictures]
     for path, frame, numbers in zip(pictures, frames, fields, strict=True):
         if not numbers:
-            raise CameraError(f"{path}: the name has no frame number; {wanted}")
+            raise CameraError(f"{path}: the name is not a frame number; {wanted}")
         if frame != frames[0]:
             names = f"{pictures[0].name} and {path.name}"
             raise CameraError(f"{folder}: {names} are not named after one pattern; {wanted}")

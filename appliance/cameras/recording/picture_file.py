@@ -44,7 +44,7 @@ class ToldCoding:
 
 
 UNTOLD = ToldCoding()
-cv2.setLogLevel(0)  # what it says of files that are broken is said by us
+cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)  # what it says of files that are broken is said by us
 
 
 def read_told_coding(folder: Path) -> ToldCoding:
@@ -98,11 +98,13 @@ def read_picture(path: Path, told: ToldCoding = UNTOLD) -> SentPicture:
         raise CameraError(f"{path}: cannot be read ({error.strerror}); check the disk and its permissions") from error
     # OpenCV fills what is missing of a truncated PNG or JPEG with grey and calls it a picture, of others it does not
     end = PNG_END if data.startswith(PNG_START) else JPEG_END if data.startswith(JPEG_START) else b""
-    if not data.rstrip(b"\0").endswith(end):
+    if not data or not data.rstrip(b"\0").endswith(end):
         raise CameraError(f"{path}: the file breaks off before the picture's end; copy or record it again")
     picture = decoded_picture(data, told)
     if picture is None:
-        raise CameraError(f"{path}: no readable PNG, JPEG, TIFF, BMP or PGM of 8 to 16 bits; copy or record it again")
+        raise CameraError(
+            f"{path}: not a readable PNG, JPEG, TIFF, BMP or PGM of 8 to 16 bits; copy or record it again"
+        )
     if _pages(data) > 1:
         raise CameraError(f"{path}: holds more than one picture; write each to a file of its own")
     return picture
@@ -133,7 +135,10 @@ def decoded_picture(data: bytes, told: ToldCoding = UNTOLD) -> SentPicture | Non
 
 
 def _decoded(data: bytes, flags: int) -> Codes | None:
-    image: NDArray[Any] | None = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+    try:
+        image: NDArray[Any] | None = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+    except cv2.error:  # of a head that cannot be, such as no columns
+        return None
     return image
 
 

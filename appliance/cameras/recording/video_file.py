@@ -124,8 +124,8 @@ def turned(picture: SentPicture, rotation_deg: int) -> SentPicture:
     quarters = round(rotation_deg / 90) % 4
     if quarters == 0:
         return picture
-    shown, measured = (np.ascontiguousarray(np.rot90(part, quarters)) for part in (picture.shown, picture.measured))
-    return SentPicture(shown, measured, picture.coding)
+    shown = np.ascontiguousarray(np.rot90(picture.shown, quarters))
+    return SentPicture(shown, np.ascontiguousarray(np.rot90(picture.measured, quarters)), picture.coding)
 
 
 def _luma_weights(frame: av.VideoFrame) -> tuple[float, float]:

@@ -47,6 +47,7 @@ class MillBoardSource:
         self._scene = Scene(rig, self._seed, Sensor())
         self._board = Board.with_errors(np.random.default_rng([self._seed, PRINT_STREAM]))
         self._poses = self._all_poses()
+        self._delivered = 0
         self._drawn: tuple[int, tuple[Light, Light]] | None = None
         self._pacer = Pacer(self._rate_hz)
         return self
@@ -64,9 +65,10 @@ class MillBoardSource:
         left, right = (
             view.grey_picture(light, start)
             for view, light, start in zip(
-                views, self._light(self._number_of_pose(number)), noise_starts(self._seed, number), strict=True
+                views, self._light(self._pose_now()), noise_starts(self._seed, number), strict=True
             )
         )
+        self._delivered += 1
         stamp_us = device_us(number, self._rate_hz)
         return FramePair(
             left,
@@ -87,8 +89,9 @@ class MillBoardSource:
             return [high_pose(self._board)]
         return random_poses(default_rig(), np.random.default_rng([self._seed, POSE_STREAM]), self._board, POSES)
 
-    def _number_of_pose(self, number: int) -> int:
-        return number // math.ceil(HOLD_S * self._rate_hz) % len(self._poses)
+    def _pose_now(self) -> int:
+        """Number of the pose; it counts what was delivered, since drawing another one takes its time."""
+        return self._delivered // math.ceil(HOLD_S * self._rate_hz) % len(self._poses)
 
     def _light(self, number: int) -> tuple[Light, Light]:
         """Linear light of a pose in both pictures; drawn once while it is held."""

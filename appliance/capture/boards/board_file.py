@@ -52,9 +52,7 @@ def _read(path: Path) -> dict[str, object]:
     if not path.is_file():
         return {}
     try:
-        stored = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+        stored: dict[str, object] = {**json.loads(path.read_text(encoding="utf-8"))}
+    except (OSError, ValueError, TypeError, RecursionError) as error:
         raise CaptureError(f"{path}: not a readable JSON object ({error}); correct it or remove it") from error
-    if not isinstance(stored, dict):
-        raise CaptureError(f"{path}: not a JSON object; correct it or remove it")
-    return dict(stored)
+    return stored

@@ -1,4 +1,4 @@
-"""Folders of board pictures for cameras that show folders: poses, the low board, the high board, each left and right."""
+"""Folders of board pictures for cameras that show folders: poses, low board, high board, each left and right."""
 
 import cv2
 import numpy as np

@@ -196,7 +196,10 @@ def test_pictures_are_numbered_by_what_changes_in_their_names(names, numbers, tm
 @pytest.mark.parametrize(
     ("names", "said"),
     [
-        (["first.png"], "first.png: the name has no frame number; name pictures by one number that counts the frames"),
+        (
+            ["first.png"],
+            "first.png: the name is not a frame number; name pictures by one number that counts the frames",
+        ),
         (["a1.png", "b2.png"], "a1.png and b2.png are not named after one pattern"),
         (["run1_5.png", "run2_6.png"], "2 numbers change between run1_5.png and run2_6.png"),
         (["1.png", "01.png"], "1.png: a second picture of frame 1, as 01.png; remove one"),

@@ -11,7 +11,7 @@ from appliance.cli.main import main
 from appliance.simulation.true_rig import default_rig
 from vision.calibration.rig import Rig
 
-HELD_S = 0.15
+HELD_S = 0.1
 BOARD = ["--squares", "8x5", "--mm", "50", "--u-mm", "0.01"]
 HEIGHTS = ["--low-mm", "0", "--high-mm", "200", "--height-u-mm", "0.1"]
 
@@ -32,7 +32,7 @@ def mill(tmp_path, monkeypatch):
 def test_a_captured_folder_calibrates_to_the_true_rig(mill, tmp_path, capsys):
     folder = tmp_path / "rig"
     words = ["--output", str(folder)]
-    assert main(["capture", "boards", *words, *BOARD, "--poses", "9", "--within", "60", *mill("boards")]) == 0
+    assert main(["capture", "boards", *words, *BOARD, "--poses", "7", "--within", "45", *mill("boards")]) == 0
     said = capsys.readouterr().out
     assert "pose 00: edges " in said
     assert "missing: nothing" in said

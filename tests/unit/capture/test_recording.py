@@ -14,6 +14,7 @@ from appliance.cameras.recording.pairs import Recording
 from appliance.cameras.recording.picture_file import read_picture, read_told_coding
 from appliance.cameras.recording.pictures import PictureRecording
 from appliance.cameras.settings import LivenessSettings
+from appliance.cameras.simulated.thermal import ThermalMillSource
 from appliance.cameras.source import Frame, FramePair
 from appliance.capture.console import Console
 from appliance.capture.error import CaptureError
@@ -22,7 +23,7 @@ from appliance.capture.recording import record
 from appliance.cli.main import main
 from appliance.ingot.reader_setup import load_view
 from vision.ingot.classifiers.similarity import as_reference, similarity
-from vision.sent_picture import LUMA_709, Coding, SentPicture, sent_picture
+from vision.sent_picture import LUMA_709, Coding, sent_picture
 
 SIZE = (48, 64)
 QUIET = LivenessSettings()
@@ -90,7 +91,7 @@ def test_a_recorded_pair_has_the_code_values_and_the_coding_that_were_sent(codin
     done = record(camera, QUIET, tmp_path / "recording", 0.25, console)
     recording = Recording(tmp_path / "recording")
     frames = list(recording)
-    assert len(frames) == done.frames >= 10
+    assert len(frames) == done.frames >= 2
     assert done.size == SIZE[::-1]
     for (number, *pictures), sent in zip(frames, camera.sent, strict=False):
         for picture, original in zip(pictures, sent, strict=True):
@@ -101,11 +102,10 @@ def test_a_recorded_pair_has_the_code_values_and_the_coding_that_were_sent(codin
 def test_colours_beside_luma_come_back_to_a_few_levels(tmp_path, console):
     class Smooth(Camera):
         def _picture(self, seed):
-            slope = np.linspace(20, 200, SIZE[1])[None, :, None] * np.array([0.3, 0.6, 1.0])
+            slope = np.linspace(20 + seed % 50, 200, SIZE[1])[None, :, None] * np.array([0.3, 0.6, 1.0])
             shown = np.broadcast_to(slope, (*SIZE, 3)).astype(np.uint8).copy()
             luma = cv2.cvtColor(shown, cv2.COLOR_BGR2YUV)[:, :, 0].astype(float)
             codes = np.round(16 + luma * 219 / 255).astype(np.uint8)
-            codes[0, 0] = 16 + seed % 200  # no two alike
             return sent_picture(codes, Coding("luma", full_range=False, compression="video"), shown)
 
     camera = Smooth(None)
@@ -117,7 +117,7 @@ def test_colours_beside_luma_come_back_to_a_few_levels(tmp_path, console):
 
 def test_stamps_stand_beside_a_recording_of_pairs_and_what_was_lost_is_counted(tmp_path, console):
     done = record(Camera(Coding("grey"), skip=2), QUIET, tmp_path / "recording", 0.2, console)
-    rows = list(csv.DictReader((tmp_path / "recording" / "timestamps.csv").open()))
+    rows = list(csv.DictReader((tmp_path / "recording" / "timestamps.csv").read_text().splitlines()))
     assert [int(row["right_us"]) - int(row["left_us"]) for row in rows] == [7] * done.frames
     steps = [int(b["left_us"]) - int(a["left_us"]) for a, b in itertools.pairwise(rows)]
     assert min(steps) >= 20_000
@@ -181,21 +181,41 @@ def test_the_mill_is_recorded_through_the_command(tmp_path, capsys):
     said = capsys.readouterr().out
     frames = len(list((tmp_path / "line").glob("*.png")))
     assert f"{tmp_path / 'line'}: {frames} frames of " in said
-    assert frames >= 5
+    assert frames >= 2
 
 
-def test_the_empty_line_is_taken_and_checked_by_the_gauge(tmp_path, capsys, monkeypatch):
-    config = tmp_path / "conveyor.toml"
+def write_line(folder, pictures):
+    """A recording of the simulated thermal line, and settings that play it."""
+    folder.mkdir()
+    for number, picture in enumerate(pictures):
+        cv2.imwrite(str(folder / f"{number:06}.png"), picture)
+    config = folder.with_suffix(".toml")
     config.write_text(
         '[sizing]\nmethod = "conveyor"\n[sizing.conveyor]\nbarrier_mm = 600\nbarrier_height_mm = 100\n'
-        '[sizing.camera]\nkind = "mill"\nrate_hz = 30.0\n'
+        f'[sizing.camera]\nkind = "recording"\npath = "{folder}"\nrate_hz = 50.0\n'
     )
+    return config
+
+
+def test_the_empty_line_is_taken_and_checked_by_the_gauge(tmp_path, capsys):
+    empty = ThermalMillSource(1, 10.0).empty()
+    noise = np.random.default_rng(1)
+    noisy = [np.clip(empty[0] + noise.normal(0, 2, empty[0].shape), 0, 255).astype(np.uint8) for _ in range(24)]
     output = tmp_path / "empty.png"
-    words = ["capture", "background", "--output", str(output), "--config", str(config)]
-    monkeypatch.setattr("appliance.capture.empty_line.PICTURES", 5)
-    assert main(words) == 0
+    words = ["capture", "background", "--output", str(output)]
+    assert main([*words, "--config", str(write_line(tmp_path / "line", noisy))]) == 0
     assert "the line without a bar; barriers: two straight ones in" in capsys.readouterr().out
-    assert SentPicture.of(read_picture(output).shown).size == read_picture(output).size
+    kept = read_picture(output).shown.astype(float)
+    assert (kept - empty[0]).std() < 0.6 * 2  # the median of 20 forgets most of the noise
+
+
+def test_a_line_on_which_a_bar_passes_is_not_kept(tmp_path, capsys):
+    with ThermalMillSource(1, 0.0) as source:
+        passing = [source.next(1.0).picture for _ in range(60)]
+    words = ["capture", "background", "--output", str(tmp_path / "empty.png")]
+    assert main([*words, "--config", str(write_line(tmp_path / "line", passing[::2]))]) == 2
+    assert "of the picture changes within" in capsys.readouterr().err
+    assert not (tmp_path / "empty.png").exists()
 
 
 def test_the_empty_line_of_two_cameras_is_not_needed(tmp_path, capsys):
@@ -206,12 +226,12 @@ def test_the_empty_line_of_two_cameras_is_not_needed(tmp_path, capsys):
 def test_references_are_taken_where_the_reader_finds_ends(tmp_path, capsys):
     """The camera plays pictures of one ingot that lies: its end becomes the reference, and its regions go along."""
     view = tmp_path / "simulated"
-    assert main(["simulate", "--scene", "ingots", "--frames", "120", "--output", str(view)]) == 0
+    assert main(["simulate", "--scene", "ingots", "--frames", "90", "--output", str(view)]) == 0
     regions = json.loads((view / "roi.json").read_text())
-    table = list(csv.DictReader((view / "seq01" / "truth.csv").open()))
+    table = list(csv.DictReader((view / "seq01" / "truth.csv").read_text().splitlines()))
     for end in ("top", "bottom"):
-        lies = [row for row in table if row["state"] == "placed" and row["label"] == end]
-        three = [row["frame"] for row in lies if row["ingot"] == lies[0]["ingot"]][-4:]
+        lies = [row["frame"] for row in table if row["state"] == "placed" and row["label"] == end]
+        three = lies[len(lies) // 2 :][:3]
         folder = tmp_path / end
         folder.mkdir()
         for frame in three:
