@@ -64,27 +64,24 @@ class Poses:
     def lacking(self) -> str:
         """What is missing, in words; empty where the poses are enough."""
         wanted: list[str] = []
-        if self.number < self._wanted:
-            wanted.append(f"{self._wanted - self.number} more poses")
-        for side, seen in zip(SIDES, self.seen, strict=True):
-            if seen.covered_share < COVERED_LEAST:
-                wanted.append(
-                    f"boards over more of the {side} picture ({100 * seen.covered_share:.0f} of "
-                    f"{100 * COVERED_LEAST:.0f} %)"
-                )
+        if more := max(0, self._wanted - self.number):
+            wanted.append(f"{more} pose{'s' * (more > 1)}")
+        covered = [seen.covered_share for seen in self.seen]
+        if min(covered) < COVERED_LEAST:
+            left, right = (f"{100 * share:.0f}" for share in covered)
+            wanted.append(f"more of the pictures ({left} and {right} of {100 * COVERED_LEAST:.0f} % covered)")
         tilt_deg = min(seen.tilt_deg for seen in self.seen)
         if tilt_deg < TILT_LEAST_DEG:
-            wanted.append(f"more tilt ({tilt_deg:.0f} of {TILT_LEAST_DEG:.0f} degrees)")
+            wanted.append(f"tilt ({tilt_deg:.0f} of {TILT_LEAST_DEG:.0f} degrees)")
         return ", ".join(wanted)
 
-    def unseen(self) -> str:
-        """Corners of the pictures in which no board was, in words."""
-        places = [
-            f"{side} picture's {', '.join(seen.missing)}"
+    def unseen(self) -> list[str]:
+        """Corners of each picture in which no board was, a line each."""
+        return [
+            f"no board was in the {side} picture's {', '.join(seen.missing)}"
             for side, seen in zip(SIDES, self.seen, strict=True)
             if seen.missing
         ]
-        return "; ".join(places)
 
     def _note(self, judged: Judged) -> None:
         self._size = judged.pictures[0].size

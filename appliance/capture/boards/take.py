@@ -41,9 +41,10 @@ def capture_boards(pairs: JudgedPairs, poses: Poses, within_s: float, console: C
         if trouble:
             console.live(f"{poses.number} poses; {trouble}")
             continue
-        console.say(f"pose {poses.add(judged)}: {judged.edges}; missing: {poses.lacking() or 'nothing'}")
+        console.say(f"pose {poses.add(judged)}: {judged.edges}")
         if not poses.lacking():
             return
+        console.say(f"  missing: {poses.lacking()}")
     if poses.number < LEAST_PAIRS:
         raise CaptureError(
             f"{poses.number} poses within {within_s:g} s, and a calibration needs {LEAST_PAIRS}; missing: "

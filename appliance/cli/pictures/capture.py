@@ -84,17 +84,18 @@ def _boards(given: argparse.Namespace, settings: "Settings", console: "Console")
     camera = _pair_camera(settings)
     board = board_of(given.output, _told(given))
     poses = Poses(given.output, board, given.poses)
-    console.say(f"{camera.in_words}: {poses.number} poses in {given.output}, {given.poses} wanted; stop with Ctrl-C")
-    console.say("hold the board before both cameras, still, then elsewhere: tilted, near, far, into the corners")
+    console.say(f"{given.output}: {poses.number} poses, {given.poses} are wanted; Ctrl-C ends it sooner")
+    console.say("hold the board still before both cameras, then elsewhere: tilted, near, far,")
+    console.say("and in the corners of the pictures")
     pairs = JudgedPairs(camera.make_source(settings.sizing.liveness.apart_max_us), settings.sizing.liveness, board)
     try:
         capture_boards(pairs, poses, given.within, console)
     except KeyboardInterrupt:
         console.say("stopped")
-    console.say(f"{given.output}: {poses.number} poses; missing: {poses.lacking() or 'nothing'}")
-    if poses.unseen():
-        console.say(f"  no board was in the {poses.unseen()}")
-    console.say(f"  next: hotgauge capture registration --output {given.output} --low-mm 0 --high-mm 200")
+    console.say(f"{given.output}: {poses.number} poses, missing: {poses.lacking() or 'nothing'}")
+    for line in poses.unseen():
+        console.say(f"  {line}")
+    console.say(f"  next: hotgauge capture registration --output {given.output}")
 
 
 def _registration(given: argparse.Namespace, settings: "Settings", console: "Console") -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from appliance.cameras.recording.picture_file import read_picture
 from appliance.cameras.simulated import boards
+from appliance.capture.boards import poses
 from appliance.cli.main import main
 from appliance.simulation.true_rig import default_rig
 from vision.calibration.rig import Rig
@@ -20,6 +21,8 @@ HEIGHTS = ["--low-mm", "0", "--high-mm", "200", "--height-u-mm", "0.1"]
 def mill(tmp_path, monkeypatch):
     """Words of a settings file for what the mill's cameras see."""
     monkeypatch.setattr(boards, "HOLD_S", HELD_S)
+    monkeypatch.setattr(poses, "COVERED_LEAST", 0.1)  # fewer poses are enough: drawing takes half a second each
+    monkeypatch.setattr(poses, "TILT_LEAST_DEG", 10.0)
 
     def config(shows):
         path = tmp_path / f"{shows}.toml"
@@ -35,7 +38,7 @@ def test_a_captured_folder_calibrates_to_the_true_rig(mill, tmp_path, capsys):
     assert main(["capture", "boards", *words, *BOARD, "--poses", "7", "--within", "45", *mill("boards")]) == 0
     said = capsys.readouterr().out
     assert "pose 00: edges " in said
-    assert "missing: nothing" in said
+    assert f"{folder}: 7 poses, missing: nothing" in said
     assert main(["capture", "registration", *words, *HEIGHTS, "--height", "low", *mill("low")]) == 0
     assert main(["capture", "registration", *words, "--height", "high", *mill("high")]) == 0
     assert json.loads((folder / "board.json").read_text())["squares"] == [8, 5]
@@ -57,7 +60,7 @@ def test_a_pose_is_stored_once_and_a_folder_is_taken_up_again(mill, tmp_path, ca
         ["left_00.png", "right_00.png"], ["right_00.png", "left_00.png"],
     )  # fmt: skip
     assert main([*words, *mill("high")]) == 2
-    assert "1 poses in" in capsys.readouterr().out  # what it held
+    assert ": 1 poses, 15 are wanted" in capsys.readouterr().out  # what it held
     assert (folder / "calibration" / "left_01.png").is_file()
     assert read_picture(folder / "calibration" / "left_01.png").size == (800, 600)
 
