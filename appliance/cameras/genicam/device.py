@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from appliance.cameras.genicam.settings import GenicamSection
+from appliance.cameras.genicam.trigger import ACTION, DEVICE_KEY, GROUP_KEY, GROUP_MASK
 from appliance.cameras.pairing import Exposure
 from appliance.cameras.picture_clock import Arrival, PresentationClock
 from appliance.cameras.source import CameraError
@@ -25,6 +26,11 @@ BUFFERS = 8
 LAST_16_BIT_ID = 65535  # of a GigE Vision 1 stream; 1 follows (AIA GigE Vision 1.2, block id)
 INCOMPLETE_TIME_S = 3.0  # of pictures that all came incomplete
 TEMPERATURE_PERIOD_S = 5.0
+EXPOSURE_CHUNK = "ExposureTime"
+PTP_FEATURES = ("PtpEnable", "GevIEEE1588")  # GenICam SFNC 2.7, and what it was before 2.0
+ACTION_FEATURES = {
+    "ActionSelector": 1, "ActionDeviceKey": DEVICE_KEY, "ActionGroupKey": GROUP_KEY, "ActionGroupMask": GROUP_MASK,
+}  # fmt: skip
 JUMBO_FROM_BYTES = 1500  # largest of Ethernet without them (IEEE 802.3)
 MOSAICS: dict[str, Mosaic] = {"RG": "RGGB", "GR": "GRBG", "GB": "GBRG", "BG": "BGGR"}
 
@@ -114,6 +120,7 @@ class Device:
             for _ in range(BUFFERS):
                 self._stream.push_buffer(Aravis.Buffer.new_allocate(self._camera.get_payload()))
             self._camera.get_device().connect("control-lost", self._lose)
+            self._chunks = self._camera.create_chunk_parser() if settings.chunk_data else None
             self._camera.start_acquisition()
         except GLib.Error as error:
             raise CameraError(f"{self._name}: {_sentence(error)}; check cable, power and other programs") from None
@@ -152,6 +159,20 @@ class Device:
         except GLib.Error:
             self._gone = True
 
+    @property
+    def card(self) -> str:
+        """Address of the network card that the camera is connected to; empty for a camera without a network."""
+        if not self._camera.is_gv_device():
+            return ""
+        return str(self._camera.get_device().get_interface_address().get_address().to_string())
+
+    def fire(self) -> None:
+        """Expose now, a camera whose trigger is Software; one that is gone says so by its pictures."""
+        try:
+            self._camera.software_trigger()
+        except GLib.Error:
+            self._gone = True
+
     def temperature_c(self) -> float:
         """Of the camera, asked for now and then; NaN when it does not tell."""
         now_s = time.monotonic()
@@ -187,8 +208,27 @@ class Device:
         else:
             camera.clear_triggers()
             camera.set_frame_rate(settings.rate_hz)
+        self._set_network()
+        if settings.chunk_data:
+            if not camera.are_chunks_available():
+                raise CameraError(f"{self._name} sends no chunk data; leave chunk_data out")
+            camera.set_chunks(EXPOSURE_CHUNK)
+
+    def _set_network(self) -> None:
+        """Packets, clock and action commands, of cameras on a network."""
+        camera, settings = self._camera, self._settings
         if camera.is_gv_device():
-            camera.gv_auto_packet_size()
+            if settings.packet_bytes:
+                camera.gv_set_packet_size(settings.packet_bytes)
+            else:
+                camera.gv_auto_packet_size()
+        if settings.wants_ptp:
+            for feature in PTP_FEATURES:
+                if camera.is_feature_available(feature):
+                    camera.set_boolean(feature, True)
+        if settings.trigger == ACTION:
+            for feature, value in ACTION_FEATURES.items():
+                camera.set_integer(feature, value)
 
     def _set_light(self) -> None:
         camera, settings = self._camera, self._settings
@@ -218,7 +258,16 @@ class Device:
         moment_s = self._clock.moment_s(Arrival(arrived_s, now_s - asked_s, stamp_s, None, 0.0))
         if moment_s is None:
             return None
-        return Exposure(self._picture(buffer), self._number, round(1e6 * stamp_s), moment_s, self._settings.exposure_us)
+        return Exposure(self._picture(buffer), self._number, round(1e6 * stamp_s), moment_s, self._exposure_us(buffer))
+
+    def _exposure_us(self, buffer: Any) -> float:
+        """Exposure time as the camera sends it with the picture, else as it was set."""
+        if self._chunks is not None and buffer.has_chunks():
+            try:
+                return float(self._chunks.get_float_value(buffer, f"Chunk{EXPOSURE_CHUNK}"))
+            except GLib.Error:
+                return math.nan
+        return self._settings.exposure_us
 
     def _count(self, frame_id: int) -> None:
         """Number the picture, those before it that never came included."""

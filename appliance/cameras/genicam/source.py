@@ -2,11 +2,13 @@
 
 import contextlib
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Self
 
 from appliance.cameras.genicam.device import Device
-from appliance.cameras.genicam.settings import GenicamCamera, GenicamPictures
+from appliance.cameras.genicam.settings import GenicamCamera, GenicamPictures, GenicamSection
+from appliance.cameras.genicam.trigger import ACTION, SOFTWARE, ActionCommand, Firing
 from appliance.cameras.newest_picture import NewestPicture
 from appliance.cameras.pairing import Pairing
 from appliance.cameras.source import Frame, FramePair
@@ -35,6 +37,7 @@ class GenicamSource:
             for serial in (self._settings.left, self._settings.right):
                 self._devices.append(Device(serial, self._settings))
                 opened.callback(self._devices[-1].close)
+            _fire(self._devices, self._settings, opened)
             self._close = opened.pop_all()
         self._pairing = Pairing(self._in_step_s, same_sequence=False)
         return self
@@ -89,13 +92,17 @@ class GenicamPictureSource:
 
     def __enter__(self) -> Self:
         """Open and start the camera; raises `CameraError`."""
-        self._device = Device(self._settings.serial, self._settings)
+        with contextlib.ExitStack() as opened:
+            self._device = Device(self._settings.serial, self._settings)
+            opened.callback(self._device.close)
+            _fire([self._device], self._settings, opened)
+            self._close = opened.pop_all()
         self._newest = NewestPicture(self._device.take, self._device.temperature_c)
         return self
 
     def __exit__(self, *_: object) -> None:
         """Stop the camera."""
-        self._device.close()
+        self._close.close()
 
     def next(self, timeout_s: float) -> Frame | None:
         """Newest picture; None when none came in time, `CameraError` when the camera is lost."""
@@ -104,3 +111,18 @@ class GenicamPictureSource:
     def set_exposure(self, exposure_us: float) -> None:
         """Have the next pictures exposed for another time."""
         self._device.set_exposure(exposure_us)
+
+
+def _fire(devices: Sequence[Device], settings: GenicamSection, opened: contextlib.ExitStack) -> None:
+    """Begin to fire cameras that wait for this computer, until `opened` is closed."""
+    if settings.trigger == SOFTWARE:
+
+        def fire() -> None:
+            for device in devices:
+                device.fire()
+
+        opened.callback(Firing(fire, settings.rate_hz).close)
+    elif settings.trigger == ACTION:
+        command = ActionCommand(device.card for device in devices)
+        opened.callback(command.close)
+        opened.callback(Firing(command.send, settings.rate_hz).close)
