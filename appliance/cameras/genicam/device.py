@@ -5,6 +5,7 @@ Aravis' Python interface is made at run time and has no types of its own.
 
 import importlib
 import math
+import socket
 import time
 from typing import Any, NamedTuple, cast
 
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from appliance.cameras.genicam.settings import GenicamSection
-from appliance.cameras.genicam.trigger import ACTION, DEVICE_KEY, GROUP_KEY, GROUP_MASK
+from appliance.cameras.genicam.trigger import ACTION, CONTROL_PORT, DEVICE_KEY, GROUP_KEY, GROUP_MASK
 from appliance.cameras.pairing import Exposure
 from appliance.cameras.picture_clock import Arrival, PresentationClock
 from appliance.cameras.source import CameraError
@@ -31,6 +32,7 @@ PTP_FEATURES = ("PtpEnable", "GevIEEE1588")  # GenICam SFNC 2.7, and what it was
 ACTION_FEATURES = {
     "ActionSelector": 1, "ActionDeviceKey": DEVICE_KEY, "ActionGroupKey": GROUP_KEY, "ActionGroupMask": GROUP_MASK,
 }  # fmt: skip
+IP_MTU = 14  # of Linux; Python has no name for it
 JUMBO_FROM_BYTES = 1500  # largest of Ethernet without them (IEEE 802.3)
 MOSAICS: dict[str, Mosaic] = {"RG": "RGGB", "GR": "GRBG", "GB": "GBRG", "BG": "BGGR"}
 
@@ -218,10 +220,7 @@ class Device:
         """Packets, clock and action commands, of cameras on a network."""
         camera, settings = self._camera, self._settings
         if camera.is_gv_device():
-            if settings.packet_bytes:
-                camera.gv_set_packet_size(settings.packet_bytes)
-            else:
-                camera.gv_auto_packet_size()
+            self._set_packets()
         if settings.wants_ptp:
             for feature in PTP_FEATURES:
                 if camera.is_feature_available(feature):
@@ -229,6 +228,22 @@ class Device:
         if settings.trigger == ACTION:
             for feature, value in ACTION_FEATURES.items():
                 camera.set_integer(feature, value)
+
+    def _set_packets(self) -> None:
+        """Packets as they are set, else as large as pass: a camera that cannot try keeps a size that may not."""
+        camera, wanted_bytes = self._camera, self._settings.packet_bytes
+        most_bytes = _path_bytes(camera.get_device().get_device_address().get_address().to_string())
+        if wanted_bytes > most_bytes:
+            raise CameraError(
+                f"{self._name}: packets of {wanted_bytes} bytes do not pass, {most_bytes} do; set packet_bytes to "
+                "that, or the network card's MTU higher"
+            )
+        if wanted_bytes:
+            camera.gv_set_packet_size(wanted_bytes)
+            return
+        camera.gv_auto_packet_size()
+        if camera.gv_get_packet_size() > most_bytes:
+            camera.gv_set_packet_size(most_bytes)
 
     def _set_light(self) -> None:
         camera, settings = self._camera, self._settings
@@ -247,7 +262,8 @@ class Device:
     def _exposure(self, buffer: Any, asked_s: float) -> Exposure | None:
         self._count(buffer.get_frame_id())
         now_s = time.monotonic()
-        if buffer.get_status() != Aravis.BufferStatus.SUCCESS:
+        picture = self._picture(buffer) if buffer.get_status() == Aravis.BufferStatus.SUCCESS else None
+        if picture is None:
             self._incomplete += 1
             self._refuse_incomplete(now_s)
             return None
@@ -258,7 +274,7 @@ class Device:
         moment_s = self._clock.moment_s(Arrival(arrived_s, now_s - asked_s, stamp_s, None, 0.0))
         if moment_s is None:
             return None
-        return Exposure(self._picture(buffer), self._number, round(1e6 * stamp_s), moment_s, self._exposure_us(buffer))
+        return Exposure(picture, self._number, round(1e6 * stamp_s), moment_s, self._exposure_us(buffer))
 
     def _exposure_us(self, buffer: Any) -> float:
         """Exposure time as the camera sends it with the picture, else as it was set."""
@@ -284,10 +300,13 @@ class Device:
                 "check the network card's packet size (jumbo frames) and its receive buffers"
             )
 
-    def _picture(self, buffer: Any) -> SentPicture:
+    def _picture(self, buffer: Any) -> SentPicture | None:
+        """Picture of a buffer; None where it is shorter than its size, as after packets of another length."""
         kind = np.uint8 if self._coding.bits == 8 else np.dtype("<u2")
         codes: NDArray[Any] = np.frombuffer(bytes(buffer.get_data()), kind)
         shape = buffer.get_image_height(), buffer.get_image_width()
+        if codes.size < shape[0] * shape[1]:
+            return None
         return sent_picture(codes[: shape[0] * shape[1]].reshape(shape), self._coding)
 
 
@@ -300,6 +319,13 @@ def _device_of(serial: str) -> str:
     raise CameraError(
         f"no camera {serial} answers; there are: {seen}; check cable and power, and the address's network"
     )
+
+
+def _path_bytes(address: str) -> int:
+    """Largest packet to an address, as this computer's cards have it (ip(7), IP_MTU)."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.connect((address, CONTROL_PORT))
+        return probe.getsockopt(socket.IPPROTO_IP, IP_MTU)
 
 
 def _coding(pixel_format: str) -> Coding:

@@ -10,7 +10,9 @@ import json
 import shutil
 import subprocess
 import sys
+import tempfile
 import time
+from pathlib import Path
 
 from appliance.cameras.genicam.device import Aravis, Device, connected
 from appliance.cameras.genicam.settings import GenicamCamera
@@ -30,10 +32,11 @@ RETRY_S = 1.0  # as the station waits: appliance/sizing/station.py
 
 
 @contextlib.contextmanager
-def fake_camera(serial, lost_per_thousand=0):
+def fake_camera(serial, lost_per_thousand=0, description=None):
     """A camera's process, once it answers."""
     assert shutil.which(FAKE), f"{FAKE} is missing; install the Debian package aravis-tools"
     words = [FAKE, "-i", SERIALS[serial], "-s", serial, "-r", str(lost_per_thousand)]
+    words += ["-g", str(description)] if description else []
     with subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
         try:
             wait_for(serial)
@@ -201,7 +204,61 @@ def some_pairs():
     return {"free": pairs(100), "fired": fired_pairs(100)}
 
 
-SCENARIOS = (pairs, fired_pairs, some_pairs, packet_loss, killed_and_back, wrong_pixel_format, wrong_packet_size)
+FEATURES = {"ActionSelector": 0x4000, "ActionDeviceKey": 0x4004, "ActionGroupKey": 0x4008, "ActionGroupMask": 0x400C}
+PTP_REGISTER = 0x4010
+INTEGER = """
+<Integer Name="{name}"><pValue>{name}Register</pValue></Integer>
+<IntReg Name="{name}Register"><Address>{address}</Address><Length>4</Length><AccessMode>RW</AccessMode>
+<pPort>Device</pPort><Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>
+"""
+PTP = """
+<Boolean Name="PtpEnable"><pValue>PtpEnableRegister</pValue><OnValue>1</OnValue><OffValue>0</OffValue></Boolean>
+<IntReg Name="PtpEnableRegister"><Address>{address}</Address><Length>4</Length><AccessMode>RW</AccessMode>
+<pPort>Device</pPort><Sign>Unsigned</Sign><Endianess>BigEndian</Endianess></IntReg>
+"""
+
+
+def more_features(folder):
+    """Description of the fake camera with features in registers that are free: it keeps what is written there."""
+    Aravis.enable_interface("Fake")
+    camera = Aravis.Camera.new(next(one.device for one in connected() if one.protocol == "Fake"))
+    text = camera.get_device().get_genicam_xml()
+    text = text if isinstance(text, str) else text[0]
+    Aravis.disable_interface("Fake")
+    added = "".join(INTEGER.format(name=name, address=hex(place)) for name, place in FEATURES.items())
+    added += PTP.format(address=hex(PTP_REGISTER))
+    action = '<EnumEntry Name="Action1"><Value>2</Value></EnumEntry>'
+    place = text.index("<pValue>TriggerSourceRegister</pValue>")
+    text = text[:place] + action + text[place:]
+    file = Path(folder) / "camera.xml"
+    file.write_text(text.replace("</RegisterDescription>", added + "</RegisterDescription>"))
+    return file
+
+
+def told_features():
+    """What stands in the camera's registers, read by a client of its own, once the gauge has opened it."""
+    with tempfile.TemporaryDirectory() as folder:
+        description = more_features(folder)
+        with fake_camera(LEFT, description=description), fake_camera(RIGHT, description=description):
+            with GenicamSource(settings(trigger="Action1", common_clock=True), PERIOD_US):
+                pass
+            device = Aravis.Camera.new(next(one.device for one in connected() if one.serial == LEFT)).get_device()
+            found = {name: device.read_register(place) for name, place in FEATURES.items()}
+            found["PtpEnable"] = device.read_register(PTP_REGISTER)
+    found.pop("ActionSelector")
+    return found
+
+
+SCENARIOS = (
+    told_features,
+    pairs,
+    fired_pairs,
+    some_pairs,
+    packet_loss,
+    killed_and_back,
+    wrong_pixel_format,
+    wrong_packet_size,
+)
 
 if __name__ == "__main__":
     print(json.dumps(next(one for one in SCENARIOS if one.__name__ == sys.argv[1])()))
