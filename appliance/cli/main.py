@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import NoReturn
 
 from appliance.cli.common import add_config
-from appliance.cli.gauge import certificates, computer, history, plc, serve
+from appliance.cli.gauge import certificates, computer, history, page, plc, serve
 from appliance.cli.pictures import calibrate, fuse, measure, orient, simulate, train, verify
 from appliance.command_options import CommandError
 from appliance.errors import HotgaugeError
@@ -137,5 +137,7 @@ COMMANDS: dict[str, tuple[_Run, str, _AddArguments]] = {
         "Make the certificates of the secure port and of its clients",
         certificates.add_certificates,
     ),
+    "page": (page.run_page, "Show the gauge to people, in a browser, until stopped", add_config),
+    "page-user": (page.run_page_user, "Let somebody log in to the page, or no more", page.add_page_user),
     "poll": (plc.run_poll, "Show a gauge's live values, as a PLC reads them", plc.add_poll),
 }
