@@ -8,8 +8,8 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import NamedTuple
 
-WIDTH, HEIGHT = 1000.0, 300.0
-LEFT, RIGHT, TOP, BOTTOM = 90.0, 20.0, 14.0, 34.0
+WIDTH, HEIGHT = 560.0, 240.0
+LEFT, RIGHT, TOP, BOTTOM = 66.0, 10.0, 10.0, 30.0
 SPAN_MIN_MM = 1.0  # chosen: noise of hundredths must not look like a swing
 ROOM = 1.15  # chosen: of the span of sizes, so that none lies on the frame
 LIMIT_NEAR_MM = 20.0  # chosen: a target that lies farther away is another product's and would flatten the sizes
@@ -46,6 +46,8 @@ class Frame(NamedTuple):
         Moments that are named below it.
     label : str
         What it shows, for those who do not see it.
+    decimal : str
+        Decimal sign.
     """
 
     start_s: float
@@ -53,6 +55,7 @@ class Frame(NamedTuple):
     gap_s: float
     ticks: Sequence[tuple[float, str]]
     label: str
+    decimal: str = "."
 
 
 class _Scale(NamedTuple):
@@ -123,7 +126,8 @@ def _grid(scale: _Scale) -> Iterable[str]:
     while tick_mm <= scale.highest_mm:
         y = scale.y(tick_mm)
         yield f'<line class="grid" x1="{LEFT:g}" x2="{WIDTH - RIGHT:g}" y1="{y:.1f}" y2="{y:.1f}"/>'
-        yield f'<text x="{LEFT - 8:g}" y="{y + 6:.1f}" text-anchor="end">{tick_mm:.1f}</text>'
+        words = f"{tick_mm:.1f}".replace(".", scale.frame.decimal)
+        yield f'<text x="{LEFT - 8:g}" y="{y + 6:.1f}" text-anchor="end">{words}</text>'
         tick_mm += step_mm
     for moment_s, words in scale.frame.ticks:
         x = scale.x(moment_s)

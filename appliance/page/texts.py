@@ -27,11 +27,18 @@ class Texts:
     Parameters
     ----------
     language : {"en", "de"}
+
+    Attributes
+    ----------
+    language : {"en", "de"}
+    decimal : str
+        Decimal sign.
     """
 
     def __init__(self, language: Language) -> None:
         self.language: Language = language
         self._column = LANGUAGES.index(language)
+        self.decimal = "," if language == "de" else "."
 
     def __call__(self, key: str, **values: object) -> str:
         """Text of the page, with values in its braces; raises `KeyError` for a key that the table lacks."""
@@ -56,19 +63,21 @@ class Texts:
         words = CODES[register].texts().get(int(number), "?")
         return table()["codes"].get(words, [words])[0] if self.language == "de" else words
 
-    def number(self, value: float | None, digits: int = 2) -> str:
+    def number(self, value: float | None, digits: int = 2, *, signed: bool = False) -> str:
         """A number with the language's decimal sign; a dash for no value.
 
         Parameters
         ----------
         value : float or None
         digits : int
-            Behind the sign.
+            Behind the decimal sign.
+        signed : bool
+            Whether a positive number has its sign.
         """
         if value is None:
             return "–"
-        text = f"{value:.{digits}f}"
-        return text.replace(".", ",") if self.language == "de" else text
+        text = f"{value:{'+' if signed else ''}.{digits}f}".replace("-", "−")
+        return text.replace(".", self.decimal)
 
     def _pair(self, section: str, name: str, english: tuple[str, str]) -> tuple[str, str]:
         if self.language == "en":

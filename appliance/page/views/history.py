@@ -161,7 +161,7 @@ def _profile(history: History, bars: list[Row], key: str, texts: Texts) -> dict[
     length_s = max(end_s - start_s, 0.1)
     ticks = [(length_s * share / 5, f"{texts.number(length_s * share / 5, 1)} s") for share in range(6)]
     limits = limits_of(*(_float(bar[f"{name}_mm"]) for name in ("target", "tolerance_plus", "tolerance_minus")))
-    frame = Frame(0.0, length_s, PROFILE_GAP_S, ticks, texts("profile"))
+    frame = Frame(0.0, length_s, PROFILE_GAP_S, ticks, texts("profile"), texts.decimal)
     drawn = Markup(chart(points, limits, frame))  # noqa: S704  it escapes its words
     return {"number": bar["bar"], "chart": drawn, "readings": len(readings)}
 

@@ -123,7 +123,7 @@ def _trend(watch: Watch, snapshot: Snapshot | None, texts: Texts) -> Markup:
     now_s = time.monotonic()
     minutes = range(round(TREND_S / 60) + 1)
     ticks = [(now_s - 60 * minute, f"{-minute} {texts('minutes')}".replace("-", "−")) for minute in minutes]
-    frame = Frame(now_s - TREND_S, now_s, TREND_GAP_S, ticks, texts("trend_label"))
+    frame = Frame(now_s - TREND_S, now_s, TREND_GAP_S, ticks, texts("trend_label"), texts.decimal)
     return Markup(chart(watch.trend, limits_of(target_mm, plus_mm, minus_mm), frame))  # noqa: S704  it escapes its words
 
 

@@ -15,6 +15,7 @@ from plc.structured_text.dialect import Dialect
 from plc.structured_text.program import to_structured_text
 
 _BITS = named_bits()
+_ALL_BITS = {**_BITS, **export.own_bits()}
 
 DOCUMENTS: Mapping[str, Callable[[], str]] = {
     "registers.md": lambda: export.to_markdown(_BITS),
@@ -74,9 +75,15 @@ def _row(
         "address": row.address,
         "modicon": ", ".join(str(export.modicon(row, table)) for table in tables),
         "words": " ".join(f"{word:04X}" for word in own),
-        "value": value_in_words(row.name, value),
+        "value": ": ".join([value_in_words(row.name, value), *_names(row.name, value)]),
         "text": row.text,
     }
+
+
+def _names(word: str, value: float | None) -> list[str]:
+    """Names of the bits that are set in a word of bits, joined; nothing where it has none."""
+    names = [bit.name for bit in _ALL_BITS.get(word, ()) if int(value or 0) >> bit.bit & 1]
+    return [", ".join(names)] if names else []
 
 
 def _bit(row: Register, texts: Texts, *, level: bool) -> dict[str, Any]:
