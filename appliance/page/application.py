@@ -191,7 +191,7 @@ class Application:
         answer = RedirectResponse(f"/{back}" if back in {*VIEWS, "login"} else "/line", 303)
         choices = {"language": LANGUAGES, "light": ("day", "night")}
         for name, allowed in choices.items():
-            wanted = request.query_params.get(name)
+            wanted = request.query_params.get(name, "")
             if wanted in allowed:
                 answer.set_cookie(name, wanted, COOKIE_AGE_S, secure=self._secure, httponly=True, samesite="strict")
         return answer

@@ -30,7 +30,8 @@ def language_of(request: Request) -> Language:
     """Language that was chosen, else the first of the browser's that there is, else English."""
     accepted = request.headers.get("accept-language", "").split(",")
     wanted = [request.cookies.get("language", ""), *(one.strip()[:2].lower() for one in accepted)]
-    return next((language for one in wanted for language in LANGUAGES if language == one), "en")
+    found: list[Language] = [language for one in wanted for language in LANGUAGES if language == one]
+    return found[0] if found else "en"
 
 
 def render(template: str, texts: Texts, values: dict[str, Any]) -> str:

@@ -117,7 +117,7 @@ class Watch:
             return
         last = self._bars[-1] if self._bars else None
         is_same = last is not None and last.number == number
-        is_out = values["decision"] == Decision.OUT or (is_same and last is not None and last.readings_out)
+        is_out = values["decision"] == int(Decision.OUT) or (is_same and last is not None and last.readings_out)
         bar = Bar(number, values["bar_min"], mean_mm, values["bar_max"], is_out)
         if is_same:
             self._bars[-1] = bar
@@ -128,7 +128,7 @@ class Watch:
 def judged(snapshot: Snapshot) -> tuple[float | None, float | None]:
     """Size that deviation and decision are of, and its U, mm: cold if a grade is set, else hot; None for no value."""
     values = snapshot.values
-    if values["validity"] == Validity.NONE:
+    if values["validity"] == int(Validity.NONE):
         return None, None
     cold = snapshot.set_points.get("expansion_grade") is not None
     names = ("diameter_cold", "expanded_uncertainty_cold") if cold else ("diameter", "expanded_uncertainty")

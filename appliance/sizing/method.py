@@ -67,7 +67,7 @@ class TimedReader(Protocol):
         """Compile and load all that measuring needs."""
         ...
 
-    def lines(self, reading: "SizeReading") -> "Lines":
+    def lines(self, reading: "SizeReading", /) -> "Lines":
         """What a reading and the scale look like in each picture, left first, for people who aim the cameras."""
         ...
 

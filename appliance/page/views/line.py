@@ -84,7 +84,7 @@ def _on(snapshot: Snapshot, word: str) -> list[NamedBit]:
 def _size(snapshot: Snapshot | None, texts: Texts) -> dict[str, Any]:
     if snapshot is None:
         return {"valid": False, "reasons": [], **dict.fromkeys(SIZES)}
-    valid = snapshot.values["validity"] != Validity.NONE
+    valid = snapshot.values["validity"] != int(Validity.NONE)
     return {
         "valid": valid,
         "reasons": [texts.reason(bit) for bit in _on(snapshot, "reason_word")],
