@@ -22,6 +22,7 @@
     +-- OutputError               simulation.write_recording a recording cannot be written
     +-- TrainingError             training.edge_forest       a model cannot be trained or written
     +-- PageError                 page.serve                 the page cannot be served
+    +-- CommissioningError        page.commissioning         a step of commissioning cannot be done
     +-- UsersError                page.access.users          the page's file of users cannot be used
     +-- InstallError              service.install            the service cannot be installed
 

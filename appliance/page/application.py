@@ -22,6 +22,7 @@ from starlette.types import ASGIApp
 from appliance.errors import HotgaugeError
 from appliance.page.access.guards import Guards, TooLargeError
 from appliance.page.access.logins import Login
+from appliance.page.commissioning import CommissioningError
 from appliance.page.parts import Parts
 from appliance.page.rendering import VIEWS, language_of, page, render
 from appliance.page.texts import LANGUAGES, Texts
@@ -181,7 +182,10 @@ class Application:
         form = await request.form()
         fields = {name: _field(form, name) for name in form}
         logger.info("%s (%s) begins: %s", login.name, login.role, step)
-        await asyncio.to_thread(commission.act, self._parts.commissioning, step, fields, login.name)
+        try:
+            await asyncio.to_thread(commission.act, self._parts.commissioning, step, fields, login.name)
+        except CommissioningError as error:
+            return page(request, "commission", {"template": "message", "heading": str(error)}, login, status=409)
         login.said = "confirmed" if step == "confirm" else "step_begun"
         return RedirectResponse(f"/commission?{urlencode({'folder': fields.get('folder', '')})}", 303)
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import uvicorn
 
+from appliance.conformity.set_points import SetPoints
 from appliance.errors import HotgaugeError
 from appliance.page.access.logins import Logins
 from appliance.page.access.users import Users
@@ -25,6 +26,7 @@ class PageError(HotgaugeError):
 def serve_page(
     settings: PageSettings,
     place: Place,
+    own: SetPoints,
     *,
     users: Path,
     previews: Path | None,
@@ -38,6 +40,8 @@ def serve_page(
     settings : PageSettings
     place : Place
         The gauge.
+    own : SetPoints
+        Of the settings.
     users : Path
         File of users.
     previews : Path or None
@@ -51,7 +55,7 @@ def serve_page(
     PageError
         The port cannot be had, or certificate and key cannot be used.
     """
-    watch = Watch(place)
+    watch = Watch(place, own)
     logins = Logins(settings.login_max_h, settings.idle_max_min)
     parts = Parts(watch, Users(users), logins, Previews(previews), history, commissioning)
     secure = settings.certificate is not None

@@ -7,6 +7,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from appliance.conformity.set_points import SetPoints
 from appliance.page.drawing import Point
 from plc.client import press
 from plc.codes import Decision, Validity
@@ -17,6 +18,7 @@ RETRY_PAUSE_S = 0.5  # chosen
 OLD_AFTER_S = 1.5  # chosen: what was read before then is not shown any more
 TREND_S = 300.0  # chosen
 BARS_KEPT = 8  # chosen
+NO_SET_POINTS = SetPoints()
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,12 +38,17 @@ class Watch:
     Parameters
     ----------
     place : Place
+    own : SetPoints
+        Of the settings: what counts as long as the PLC has not written it, and stands in no register.
     clock : callable
         Monotonic time, seconds.
     """
 
-    def __init__(self, place: Place, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, place: Place, own: SetPoints = NO_SET_POINTS, clock: Callable[[], float] = time.monotonic
+    ) -> None:
         self.place = place
+        self._own = own
         self._clock = clock
         self._newest: tuple[float, Snapshot] | None = None
         self._trouble = ""
@@ -81,6 +88,19 @@ class Watch:
         """The last bars, newest first."""
         return list(self._bars)[::-1]
 
+    def wanted(self, snapshot: Snapshot) -> SetPoints:
+        """What is wanted of a bar: what the PLC has written, else what the settings say."""
+        points = snapshot.set_points
+        grade = points["expansion_grade"]
+        written = SetPoints(
+            points["target_diameter"],
+            points["tolerance_plus"],
+            points["tolerance_minus"],
+            points["steel_temperature"],
+            None if grade is None else int(grade),
+        )
+        return written.over(self._own)
+
     def acknowledge(self) -> None:
         """Acknowledge all alarms, as the PLC does; raises `PollError`."""
         press(self.place, "acknowledge")
@@ -107,8 +127,17 @@ class Watch:
         before = self._newest
         self._newest = (self._clock(), snapshot)
         if before is None or before[1].values["sequence"] != snapshot.values["sequence"]:
-            self._trend.append(Point(self._clock(), *judged(snapshot)))
+            self._trend.append(Point(self._clock(), *self._judged(snapshot)))
         self._add_bar(snapshot)
+
+    def _judged(self, snapshot: Snapshot) -> tuple[float | None, float | None]:
+        """Size that deviation and decision are of, and its U, mm: cold if a grade is set, else hot."""
+        values = snapshot.values
+        if values["validity"] == int(Validity.NONE):
+            return None, None
+        if self.wanted(snapshot).grade is not None:
+            return values["diameter_cold"], values["expanded_uncertainty_cold"]
+        return values["diameter"], values["expanded_uncertainty"]
 
     def _add_bar(self, snapshot: Snapshot) -> None:
         values = snapshot.values
@@ -123,13 +152,3 @@ class Watch:
             self._bars[-1] = bar
         else:
             self._bars.append(bar)
-
-
-def judged(snapshot: Snapshot) -> tuple[float | None, float | None]:
-    """Size that deviation and decision are of, and its U, mm: cold if a grade is set, else hot; None for no value."""
-    values = snapshot.values
-    if values["validity"] == int(Validity.NONE):
-        return None, None
-    cold = snapshot.set_points.get("expansion_grade") is not None
-    names = ("diameter_cold", "expanded_uncertainty_cold") if cold else ("diameter", "expanded_uncertainty")
-    return values[names[0]], values[names[1]]

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from appliance.cli.common import add_config
 from appliance.command_options import CommandError
+from appliance.conformity.set_points import SetPoints
 from appliance.files.runtime_folder import give_runtime_folder, runtime_folder
 from appliance.service import systemd as service
 from appliance.service.install import CONFIG, STATE
@@ -44,6 +45,7 @@ def run_page(given: argparse.Namespace) -> None:
     serve_page(
         page,
         place_of(settings),
+        SetPoints.from_settings(sizing.set_points),
         users=users,
         previews=runtime_folder(),
         history=settings.history.directory,

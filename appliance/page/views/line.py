@@ -11,7 +11,7 @@ from appliance.page.access.logins import Login
 from appliance.page.drawing import Frame, Limits, chart
 from appliance.page.parts import Parts
 from appliance.page.texts import Texts
-from appliance.page.watch import TREND_S, Watch
+from appliance.page.watch import NO_SET_POINTS, TREND_S, Watch
 from plc.codes import NamedBit, Orientation, Validity
 from plc.poll import Snapshot
 from plc.security.roles import Role
@@ -37,7 +37,6 @@ SIZES = {
     "trust": "trust",
 }
 _ADVICE = ("deviation", "correction")
-_WANTED = {"target": "target_diameter", "plus": "tolerance_plus", "minus": "tolerance_minus"}
 
 _BITS = named_bits()
 _SHOWS_NO_END = {"nothing_hot", "starting"}  # an empty line is no trouble, and a station that is off neither
@@ -58,7 +57,7 @@ def values(parts: Parts, texts: Texts, login: Login) -> dict[str, Any]:
         "trouble": parts.watch.trouble,
         "notes": [] if snapshot is None else _notes(snapshot, texts),
         "size": _size(snapshot, texts),
-        "judged": _judged(snapshot),
+        "judged": _judged(parts.watch, snapshot),
         "alarms": [] if snapshot is None else _alarms(snapshot, texts),
         "may_acknowledge": login.may(Role.OPERATOR),
         "trend": _trend(parts.watch, snapshot, texts),
@@ -92,16 +91,15 @@ def _size(snapshot: Snapshot | None, texts: Texts) -> dict[str, Any]:
     }
 
 
-def _judged(snapshot: Snapshot | None) -> dict[str, Any]:
+def _judged(watch: Watch, snapshot: Snapshot | None) -> dict[str, Any]:
     if snapshot is None:
-        return {"decision": 0, "mark": DECISION_MARKS[0], **dict.fromkeys((*_ADVICE, *_WANTED))}
+        return {"decision": 0, "mark": DECISION_MARKS[0], **dict.fromkeys((*_ADVICE, "wanted"))}
     decision = int(snapshot.values["decision"] or 0)
-    points = snapshot.set_points
     return {
         "decision": decision,
         "mark": DECISION_MARKS[decision],
         **{name: snapshot.values[name] for name in _ADVICE},
-        **{key: points[name] for key, name in _WANTED.items()},
+        "wanted": watch.wanted(snapshot),
     }
 
 
@@ -117,14 +115,13 @@ def _alarms(snapshot: Snapshot, texts: Texts) -> list[dict[str, str]]:
 
 
 def _trend(watch: Watch, snapshot: Snapshot | None, texts: Texts) -> Markup:
-    points = {} if snapshot is None else snapshot.set_points
-    target_mm = points.get("target_diameter")
-    plus_mm, minus_mm = points.get("tolerance_plus"), points.get("tolerance_minus")
+    wanted = NO_SET_POINTS if snapshot is None else watch.wanted(snapshot)
+    limits = limits_of(wanted.target_mm, wanted.tolerance_plus_mm, wanted.tolerance_minus_mm)
     now_s = time.monotonic()
     minutes = range(round(TREND_S / 60) + 1)
     ticks = [(now_s - 60 * minute, f"{-minute} {texts('minutes')}".replace("-", "−")) for minute in minutes]
     frame = Frame(now_s - TREND_S, now_s, TREND_GAP_S, ticks, texts("trend_label"), texts.decimal)
-    return Markup(chart(watch.trend, limits_of(target_mm, plus_mm, minus_mm), frame))  # noqa: S704  it escapes its words
+    return Markup(chart(watch.trend, limits, frame))  # noqa: S704  it escapes its words
 
 
 def limits_of(target_mm: float | None, plus_mm: float | None, minus_mm: float | None) -> Limits:

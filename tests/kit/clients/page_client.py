@@ -41,7 +41,7 @@ class FakeWatch(Watch):
         self.now_s = 1000.0
         self.pressed = 0
         self.refuses: Exception | None = None
-        super().__init__(Place("127.0.0.1", 5020), lambda: self.now_s)
+        super().__init__(Place("127.0.0.1", 5020), clock=lambda: self.now_s)
 
     def acknowledge(self) -> None:
         if self.refuses:
