@@ -149,7 +149,9 @@ def _band(scale: _Scale, run: Sequence[tuple[float, float, float]]) -> str:
 
 
 def _path(scale: _Scale, run: Sequence[tuple[float, float, float]]) -> str:
-    return f'<polyline class="size" points="{_points((scale.x(one[0]), scale.y(one[1])) for one in run)}"/>'
+    pairs = [(scale.x(moment_s), scale.y(size_mm)) for moment_s, size_mm, _ in run]
+    drawn = pairs if len(pairs) > 1 else 2 * pairs  # a line of no length is drawn as a dot
+    return f'<polyline class="size" points="{_points(drawn)}"/>'
 
 
 def _points(pairs: Iterable[tuple[float, float]]) -> str:

@@ -23,10 +23,15 @@ SETTINGS = """
 [plc]
 port = {port}
 writes = "all"
+[sizing]
+stale_after_ms = 10000  # a busy computer may be late; lateness has tests of its own
+[sizing.liveness]
+idle_after_s = 120
 [sizing.camera]
 kind = "mill"
 seed = 5
 rate_hz = 4
+prepared_frames = 80
 [sizing.set_points]
 target_mm = 120.0
 tolerance_plus_mm = 2.0
