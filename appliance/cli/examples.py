@@ -33,5 +33,9 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     ),
     "page": ("hotgauge page", "hotgauge page --config hotgauge.toml"),
     "page-user": ("hotgauge page-user anna --role operator", "hotgauge page-user anna --remove"),
+    "plan": (
+        "hotgauge plan --sensor 2448x2048 --pixel-um 3.45 --focal-mm 25 --distance-m 3",
+        "hotgauge plan --sensor 800x600 --pixel-um 4.8 --focal-mm 9 --distance-m 3 --output a.png",
+    ),
     "poll": ("hotgauge poll 127.0.0.1", "hotgauge poll gauge.mill:502 --count 1 --json"),
 }

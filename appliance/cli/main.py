@@ -17,7 +17,7 @@ import shtab
 from appliance.cli.common import add_config
 from appliance.cli.examples import EXAMPLES
 from appliance.cli.gauge import certificates, computer, history, page, plc, serve
-from appliance.cli.pictures import calibrate, fuse, measure, orient, simulate, train, verify
+from appliance.cli.pictures import calibrate, fuse, measure, orient, plan, simulate, train, verify
 from appliance.command_options import CommandError
 from appliance.errors import HotgaugeError
 
@@ -163,6 +163,7 @@ COMMANDS: dict[str, tuple[_Run, str, _AddArguments]] = {
         certificates.add_certificates,
     ),
     "page": (page.run_page, "Show the gauge to people, in a browser, until stopped", add_config),
+    "plan": (plan.run_plan, "Say what a mounting of two cameras would give, before anything is bought", plan.add_plan),
     "page-user": (page.run_page_user, "Let somebody log in to the page, or no more", page.add_page_user),
     "poll": (plc.run_poll, "Show a gauge's live values, as a PLC reads them", plc.add_poll),
 }
