@@ -7,6 +7,8 @@ from appliance.files.atomic_file import whole_place
 from appliance.planning.mounting import Mounting
 from appliance.sizing.figures import DOTS_PER_INCH, figure_class
 
+LABEL_ROOM_M = 0.7  # chosen: beside the cameras, for their names
+
 
 def draw_mounting(mounting: Mounting, largest_mm: float, region_y_mm: tuple[float, float], output: Path) -> None:
     """Write the picture of a mounting.
@@ -51,7 +53,10 @@ def draw_mounting(mounting: Mounting, largest_mm: float, region_y_mm: tuple[floa
     along.plot([y_m, 0], [z_m, radius_m], "--", color="#0072b2", linewidth=1, label="view of both cameras")
     along.plot(y_m, z_m, "s", color="#0072b2", markersize=9)
     along.annotate(
-        f"{mounting.distance_mm / 1000:.2f} m, {mounting.elevation_deg:g}°", (y_m / 2, z_m / 2), ha="right", va="bottom"
+        f"{mounting.distance_mm / 1000:.2f} m, {mounting.elevation_deg:g}°",
+        (0.55 * y_m, 0.5 * z_m),
+        ha="right",
+        va="top",
     )
     begin_m, end_m = (one / 1000 for one in region_y_mm)
     along.fill_between([begin_m - 0.5, end_m + 0.5], 0, 2 * radius_m, color="#e69f00", alpha=0.6, label="bar")
@@ -63,5 +68,6 @@ def draw_mounting(mounting: Mounting, largest_mm: float, region_y_mm: tuple[floa
         axes.grid(alpha=0.3)
         axes.legend(loc="upper left", bbox_to_anchor=(0, -0.14), frameon=False)
         axes.margins(0.12)
+    across.set_xlim(-half_m - LABEL_ROOM_M, half_m + LABEL_ROOM_M)
     with whole_place(output) as place:
         figure.savefig(place, dpi=DOTS_PER_INCH, format=output.suffix[1:].lower())
