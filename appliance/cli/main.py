@@ -57,7 +57,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0
     except OSError as error:
         if error.filename is not None:
-            raise
+            print(f"hotgauge: {error.filename}: {error.strerror}; check the path and its permissions", file=sys.stderr)
+            return EXIT_TROUBLE
         _give_up_output()
         print(
             f"hotgauge: the output cannot be written: {error.strerror}; make room, or write elsewhere", file=sys.stderr

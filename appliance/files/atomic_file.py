@@ -12,8 +12,17 @@ FILE_MODE = 0o644  # all users may read it; `mkstemp` alone would give 0o600
 
 @contextlib.contextmanager
 def whole_place(path: Path) -> Generator[Path]:
-    """A place to write a file at, which gets its name only when all of it is on the disk; raises `OSError`."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    """A place to write a file at, which gets its name only when all of it is on the disk.
+
+    Raises
+    ------
+    OSError
+        It cannot be written; the error names `path`, not the place that nobody has asked for.
+    """
+    try:
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error
     temporary = Path(name)
     try:
         os.fchmod(handle, FILE_MODE)

@@ -186,3 +186,15 @@ def test_a_single_sensor_gives_the_newest_picture_and_counts_what_was_left_out()
     assert later.sequence > first.sequence + 10
     assert later.dropped == later.sequence - 1
     assert later.device_us > first.device_us
+
+
+def test_an_exposure_that_reaches_a_lost_camera_is_no_crash():
+    class Lost:
+        def send(self, _):
+            raise RuntimeError("Communication exception: X_LINK_ERROR")
+
+    def cameras(pipeline, more):
+        return Bench()(pipeline, more)._replace(controls=(Lost(), Lost()))
+
+    with OakSource(OakCamera(kind="oak"), 1000, cameras) as oak:
+        oak.set_exposure(500.0)

@@ -16,9 +16,9 @@ from appliance.processes import monitored_process as keeper
 from appliance.processes.message import StateMessage
 from appliance.supervisor.settings import Settings
 from appliance.supervisor.supervisor import Supervisor
-from plc.codes import DeviceState
+from plc.codes import Decision, DeviceState
 from plc.process_image import decode
-from plc.registers import READING_RING, SET_POINTS
+from plc.registers import READING_RING, REGISTERS, SET_POINTS
 from vision.reasons import Reason
 
 
@@ -364,3 +364,38 @@ def test_of_two_reloads_the_later_one_wins_and_an_error_of_any_kind_is_a_fault(r
     rehearsal.reload(broken)
     first.join()
     assert rehearsal.supervisor._faults.active & {"settings_unusable"}
+
+
+def test_a_request_that_writes_and_reads_answers_with_what_its_writing_has_changed(wire):
+    wait_for(wire, has_value, 5)
+    place = next(row.address for row in REGISTERS if row.name == "decision" and "input" in row.tables)
+    for target, decision in ((22500, Decision.IN), (30000, Decision.OUT), (0, Decision.NONE)):
+        request = struct.pack(">BHHHHBHHH", 23, place, 1, SET_POINTS.start, 3, 6, target, 5000, 5000)
+        answer = wire.ask(request)
+        assert answer[:2] == bytes((23, 2))
+        assert int.from_bytes(answer[2:]) == decision
+
+
+def test_a_computer_that_has_slept_serves_no_reading_from_before(rehearsal, wire):
+    wait_for(wire, has_value, 5)
+    rehearsal.tell("be silent")
+    asleep = iter([3600.0])
+    rehearsal.supervisor._sleep._boot = lambda: time.monotonic() + next(asleep, 3600.0)
+    assert eventually(lambda: has_none(look(wire)), 0.3), "0.8 s before the reading would be stale"
+
+
+def test_a_reload_is_no_failure_and_a_rig_that_was_replaced_is_read(rehearsal, wire, tmp_path):
+    wait_for(wire, has_value, 5)
+    rig = tmp_path / "rig.json"
+    rig.write_text("one")
+    sizing = rehearsal.settings.sizing.model_copy(update={"rig": rig})
+    settings = rehearsal.settings.model_copy(update={"sizing": sizing})
+    for renews in (True, False, True):
+        rehearsal.reload(lambda: settings)
+        seen = [look(wire) for _ in range(20)]
+        assert any(has_none(one) for one in seen) == renews
+        assert not any(one["alarm_word"] for one in seen)
+        assert max(one["device_state"] for one in seen) <= DeviceState.FUNCTION_CHECK
+        wait_for(wire, has_value, 10)
+        if not renews:
+            rig.write_text("another")
