@@ -7,7 +7,7 @@ from pathlib import Path
 
 from spoilt import spoilt_bytes, spoilt_json, spoilt_text, spoilt_words
 from tried_command import tried
-from workshop import SCENE, chance_of, copied, true_diameter_mm, workshop
+from workshop import SCENE, chance_of, copied, true_diameter_mm
 
 from appliance.conformity.plc_inputs import PlcInputsError, read
 from vision.edges.forest.model import StructuredForest, shipped_forest
@@ -15,10 +15,10 @@ from vision.edges.forest.model import StructuredForest, shipped_forest
 TEXT = (
     "Every file that a person hands over (rig, board, regions, settings, measurements of a gauge study, time stamps, "
     "coding, PNG, JPEG, MP4, references, a model of edges, kept set points) and every command line, spoilt at random: "
-    "bytes changed, cut, doubled and lost, values of other types and sizes, words left out, exchanged and added. `done` "
-    "is exit 0 with a right result, `refused` exit 2 with one sentence; anything else is a problem: a traceback, more "
-    "than 20 s, more than 2 GB, a changed input, an output left behind by a refusal, a value off by more than 2 U and "
-    "1 mm."
+    "bytes changed, cut, doubled and lost, values of other types and sizes, words left out, exchanged and added. "
+    "`done` is exit 0 with a right result, `refused` exit 2 with one sentence; anything else is a problem: a traceback, "
+    "more than 20 s, more than 2 GB, a changed input, an output left behind by a refusal, a value off by more than "
+    "2 U and 1 mm."
 )
 SAMPLE = 40
 MEASURE = ("measure", SCENE, "--rig", "rig.json", "--output", "out.csv")
@@ -80,7 +80,7 @@ def run(case):
             copied(folder, [])
             return {"outcome": _outcome(words, folder, right=None)} | {"words": words}
         name, spoil, words = FILES[kind]
-        copied(folder, [part for part in ("rig.json", name.partition("/")[0], words[1].partition("/")[0])])
+        copied(folder, ["rig.json", name.partition("/")[0], words[1].partition("/")[0]])
         file = folder / name
         file.write_bytes(spoil(chance, file.read_bytes()))
         right = true_diameter_mm() if kind in TRUE_TO_THE_BAR else None
@@ -141,6 +141,3 @@ def summary(rows):
         else:
             of_kind["problems"].append([row["seed"], row["outcome"]])
     return kinds
-
-
-__all__ = ["COUNTS", "SAMPLE", "TEXT", "cases", "run", "summary", "workshop"]

@@ -12,7 +12,7 @@ WORDS = (
     "", "-1", "0", "1", "2", "nan", "inf", "1e309", "9" * 400, "x", "é", "--", "-", "--nothing", "-h", "a b", "%", "\n",
     "rig.json", "mill", "ends", "out.xlsx", "out/none.csv", "out.csv", "--output", "--output=", "--rig", "--method",
     "conveyor", "virtual-board", "csv", "json", "127.0.0.1:1", "tangent", "none", "references", "gauge.toml", ".",
-    "mill/scenes/clean", "video", "--config", "--plot", "plots", "--squares", "--region", "--barrier-mm", "500",
+    "bar", "video", "--config", "--plot", "plots", "--squares", "--region", "--barrier-mm", "500",
 )  # fmt: skip
 
 

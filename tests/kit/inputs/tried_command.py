@@ -1,7 +1,6 @@
 """Runs a command in this process and says what is wrong with how it ended."""
 
 import contextlib
-import gc
 import hashlib
 import io
 import os
@@ -14,8 +13,8 @@ import traceback
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from types import FrameType
-from typing import NamedTuple
+from types import FrameType, TracebackType
+from typing import NamedTuple, Self
 
 from appliance.cli import main as cli
 
@@ -50,30 +49,42 @@ def tried(words: list[str], folder: Path) -> Ending:
     return Ending(code, said, problem)
 
 
+class _Trouble:
+    """Keeps what a command raises: its exit code, or what people would see as a traceback."""
+
+    def __init__(self) -> None:
+        self.code, self.text = -1, ""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, _: object, error: BaseException | None, trace: TracebackType | None) -> bool:
+        if isinstance(error, SystemExit):
+            self.code = error.code if isinstance(error.code, int) else 99
+        elif isinstance(error, TooLongError):
+            self.text = f"still working after {LONGEST_S:.0f} s"
+        elif error is not None:
+            last = traceback.extract_tb(trace)[-1]
+            self.text = f"traceback: {type(error).__name__}: {error} ({Path(last.filename).name}:{last.lineno})"
+        return not isinstance(error, KeyboardInterrupt)
+
+
 def _run(command: Callable[[], int]) -> tuple[int, str, str]:
-    code, trouble = -1, ""
-    with _captured() as captured, _limited(), warnings.catch_warnings():
+    with _captured() as captured, _limited(), warnings.catch_warnings(), _Trouble() as trouble:
         warnings.simplefilter("error")
-        try:
-            code = command()
-        except SystemExit as left:
-            code = left.code if isinstance(left.code, int) else 99
-        except TooLongError:
-            trouble = f"still working after {LONGEST_S:.0f} s"
-        except Exception as error:  # whatever it is: people would see a traceback
-            last = traceback.extract_tb(error.__traceback__)[-1]
-            trouble = f"traceback: {type(error).__name__}: {error} ({Path(last.filename).name}:{last.lineno})"
-        gc.collect()
+        trouble.code = command()
     said = captured[0]
-    if not trouble and resource.getrusage(resource.RUSAGE_SELF).ru_maxrss > MOST_KB:
-        trouble = "more than 2 GB of memory"
-    if not trouble and code not in {0, 1, 2}:
-        trouble = f"exit {code}"
-    if not trouble and said and not (code == 2 and SENTENCE.fullmatch(said)):
-        trouble = f"no single sentence: {said[:200]!r}"
-    if not trouble and code == 2 and not said:
-        trouble = "exit 2 without a word"
-    return code, said, trouble
+    return trouble.code, said, trouble.text or _fault(trouble.code, said)
+
+
+def _fault(code: int, said: str) -> str:
+    if resource.getrusage(resource.RUSAGE_SELF).ru_maxrss > MOST_KB:
+        return "more than 2 GB of memory"
+    if code not in {0, 1, 2}:
+        return f"exit {code}"
+    if said and not (code == 2 and SENTENCE.fullmatch(said)):
+        return f"no single sentence: {said[:200]!r}"
+    return "exit 2 without a word" if code == 2 and not said else ""
 
 
 @contextlib.contextmanager

@@ -17,7 +17,7 @@ from appliance.sizing.stereo.calibrate_folder import calibrate_folder
 from appliance.sizing.stereo.rig_file import save_rig
 
 SIDES = ("left", "right")
-SCENE = "mill/scenes/clean"
+SCENE = "bar"
 GAUGE = """\
 [plc]
 port = 5031
@@ -27,7 +27,7 @@ rig = "rig.json"
 ovality_mm = 0.4
 [sizing.camera]
 kind = "recording"
-path = "mill/scenes/clean"
+path = "bar"
 rate_hz = 20.0
 [sizing.set_points]
 target_mm = 250.0
@@ -44,6 +44,7 @@ def workshop() -> Path:
     folder = Path(tempfile.mkdtemp(prefix="workshop"))
     write_scene(folder / "mill", "clean", 3, 1, poses=7)
     save_rig(calibrate_folder(folder / "mill").rig, folder / "rig.json")
+    (folder / "mill" / "scenes" / "clean").rename(folder / SCENE)
     pictures = {side: cv2.imread(str(folder / SCENE / side / "000000.png")) for side in SIDES}
     (folder / "video").mkdir()
     for side, picture in pictures.items():
@@ -80,10 +81,10 @@ def true_diameter_mm() -> float:
 
 
 def copied(to: Path, parts: list[str]) -> Path:
-    """A copy of some parts of the folder, or of all of it, in a folder that is made."""
+    """A copy of some parts of the folder, or of all but the board pictures, in a folder that is made."""
     source = workshop()
     to.mkdir()
-    for part in parts or [path.name for path in source.iterdir()]:
+    for part in dict.fromkeys(parts or (path.name for path in source.iterdir() if path.name != "mill")):
         target = to / part
         target.parent.mkdir(parents=True, exist_ok=True)
         (shutil.copytree if (source / part).is_dir() else shutil.copyfile)(source / part, target)
