@@ -139,7 +139,7 @@ class PlcInputs:
             self._saved = None
             self._changed.set()
             return
-        self.written = {name: value for name, value in self._saved.items() if name != HOLD_RIGHTS}
+        self.written = {name: value for name, value in self._saved.items() if not isinstance(value, str)}
         if self._saved.get(HOLD_RIGHTS, self._rights) != self._rights:
             logger.warning("plc.writes or plc.writers has changed while the PLC held the gauge: the hold is not kept")
             self.written["hold"] = False

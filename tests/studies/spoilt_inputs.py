@@ -16,7 +16,7 @@ TEXT = (
     "Every file that a person hands over (rig, board, regions, settings, measurements of a gauge study, time stamps, "
     "coding, PNG, JPEG, MP4, references, a model of edges, kept set points) and every command line, spoilt at random: "
     "bytes changed, cut, doubled and lost, values of other types and sizes, words left out, exchanged and added. "
-    "`done` is exit 0 with a right result, `refused` exit 2 with one sentence; anything else is a problem: a traceback, "
+    "`done` is exit 0 with a right result, `refused` exit 2 with one sentence; else there is a problem: a traceback, "
     "more than 20 s, more than 2 GB, a changed input, an output left behind by a refusal, a value off by more than "
     "2 U and 1 mm."
 )

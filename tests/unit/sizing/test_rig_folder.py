@@ -101,7 +101,7 @@ def test_what_is_left_out_is_assumed_and_said(tmp_path):
         ('{"squares": [8, 5], "sqare_mm": 50}', "sqare_mm: unknown; did you mean square_mm"),
         ('{"squares": [1000000000, 5], "square_mm": 50}', "squares: two whole numbers"),
         ('{"squares": [800, 5], "square_mm": 50}', "squares: 4 x 3 to 100 x 100"),
-        ('{"squares": [8, 5], "square_mm": 1' + "0" * 400 + "}", "400 digits"),
+        ('{"squares": [8, 5], "square_mm": 1' + "0" * 400 + "}", "401 digits"),
         ('{"squares": [8, 5], "square_mm": 1' + "0" * 6000 + "}", "digits"),
         ('{"squares": [8, 5], "square_mm": Infinity}', "Infinity is no number"),
         ('{"squares": [8, 5], "square_mm": 50, "low_mm": null}', "low_mm: a finite number"),
