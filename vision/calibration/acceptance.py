@@ -9,6 +9,7 @@ import numpy as np
 from vision.calibration.initial_guess import HIGH, LOW, Pose, View
 from vision.calibration.rig import SIDES, Rig
 
+GIVE_ONE_NUMBER = "give both pictures of a moment the same number"
 NOT_OF_ONE_MOMENT = "left and right do not fit together"
 NAMES_SHOWN = 4  # of pictures with one reason
 LEAST_PAIRS = 6  # chosen: boards that both cameras must have seen
@@ -101,11 +102,9 @@ def check_pairs(views: Sequence[View], dropped: Sequence[Dropped]) -> None:
     if pairs < LEAST_PAIRS:
         usable = f"{pairs} boards are usable in both pictures where {LEAST_PAIRS} are needed"
         apart = {drop.name.partition("_")[2] for drop in dropped if drop.reason.startswith(NOT_OF_ONE_MOMENT)}
-        advice = (
-            f"those of {len(apart)} boards are not of one moment each: give both pictures of a moment the same number"
-            if pairs + len(apart) >= LEAST_PAIRS
-            else "take more pairs of pictures"
-        )
+        advice = "take more pairs of pictures"
+        if pairs + len(apart) >= LEAST_PAIRS:
+            advice = f"the others, {len(apart)}, are not of one moment: {GIVE_ONE_NUMBER}"
         reasons.append(f"{usable}: {advice}")
     if LOW not in left | right and any(LOW in drop.name for drop in dropped):
         reasons.append("no picture of the low board is usable, and it defines the world frame: take it again")
@@ -146,6 +145,28 @@ def limits(rig: Rig, views: Sequence[View], boards: Sequence[Pose]) -> list[Limi
         text = f"the {SIDES[side]} focal length is known to {100.0 * relative_u:.2f} % only: more boards, more tilt"
         found.append(Limit(relative_u, 0.005, 0.02, text))
     return found
+
+
+def check_moments(boards: Sequence[str], apart: Sequence[str]) -> None:
+    """Raise `CalibrationError` when most boards were not before both cameras at one moment.
+
+    Parameters
+    ----------
+    boards : sequence of str
+        Boards that both cameras saw.
+    apart : sequence of str
+        Those of them on which the cameras do not agree.
+
+    Raises
+    ------
+    CalibrationError
+    """
+    if 2 * len(apart) > len(boards):
+        sentence = (
+            f"{NOT_OF_ONE_MOMENT} on {len(apart)} of {len(boards)} boards, though each camera's pictures are good: "
+            f"{GIVE_ONE_NUMBER}, and let cameras stand still meanwhile"
+        )
+        raise CalibrationError([sentence])
 
 
 def mounting_warnings(rig: Rig) -> list[str]:

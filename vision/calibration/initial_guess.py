@@ -14,6 +14,8 @@ from vision.geometry.camera import Camera, rotation
 
 QUARTER_TURN = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  # of `Board.turned`
 LOW, HIGH = "low", "high"
+# chosen, radians and parts of the distance: poses of one board by each camera alone agree to a few hundredths
+APART_MOST = 0.2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,6 +80,24 @@ class OneCamera(NamedTuple):
     misfits: list[View]
 
 
+class Relative(NamedTuple):
+    """Right camera as the left one sees it.
+
+    Attributes
+    ----------
+    pose : Pose
+        Left camera to right camera.
+    turned : dict of str to int
+        Quarter turns by which a board's corners are ordered otherwise in the right picture.
+    apart : list of str
+        Boards that both saw and that give another pose, by more than `APART_MOST`.
+    """
+
+    pose: Pose
+    turned: dict[str, int]
+    apart: list[str]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Guess:
     """A first guess of everything, in the world frame of `guess`.
@@ -92,12 +112,15 @@ class Guess:
         The views that the guess uses, their corners in orders that fit together.
     misfits : list of View
         The views left out.
+    apart : list of str
+        Boards that did not stand still between their two pictures, or were not of one moment.
     """
 
     cameras: tuple[Camera, Camera]
     boards: dict[str, Pose]
     views: list[View]
     misfits: list[View]
+    apart: list[str]
 
 
 def guess(views: Sequence[View], board: Board, image_size: tuple[int, int]) -> Guess:
@@ -120,7 +143,7 @@ def guess(views: Sequence[View], board: Board, image_size: tuple[int, int]) -> G
     """
     left, right = (calibrate_one([v for v in views if v.side == side], board, image_size) for side in (0, 1))
     misfits = left.misfits + right.misfits
-    to_right, turned = relative_pose(left.poses, right.poses, board.hidden_turns)
+    to_right, turned, apart = relative_pose(left.poses, right.poses, board.hidden_turns)
 
     from_right = to_right.inverse()
     boards = {name: from_right.after(pose.turned(turned.get(name, 0))) for name, pose in right.poses.items()}
@@ -145,6 +168,7 @@ def guess(views: Sequence[View], board: Board, image_size: tuple[int, int]) -> G
         boards={name: to_left.inverse().after(pose) for name, pose in boards.items()},
         views=kept,
         misfits=misfits,
+        apart=apart,
     )
 
 
@@ -204,9 +228,7 @@ def calibrate_one(views: Sequence[View], board: Board, image_size: tuple[int, in
     return OneCamera(camera, poses, misfits)
 
 
-def relative_pose(
-    left: Mapping[str, Pose], right: Mapping[str, Pose], hidden_turns: Sequence[int]
-) -> tuple[Pose, dict[str, int]]:
+def relative_pose(left: Mapping[str, Pose], right: Mapping[str, Pose], hidden_turns: Sequence[int]) -> Relative:
     """Find the pose from left to right camera that agrees best with all boards seen by both.
 
     Of all candidates (one per board and hidden turn) it is the one with the least median distance to the nearest
@@ -221,10 +243,7 @@ def relative_pose(
 
     Returns
     -------
-    pose : Pose
-        Left camera to right camera.
-    turned : dict of str to int
-        Quarter turns by which a board's corners are ordered otherwise in the right picture.
+    Relative
     """
     names = [name for name in left if name in right]
     candidates = [[right[name].turned(turn).after(left[name].inverse()) for name in names] for turn in hidden_turns]
@@ -240,7 +259,8 @@ def relative_pose(
         for name, row in zip(names, distances[best].T, strict=True)
         if row.argmin()
     }
-    return candidates[best // len(names)][best % len(names)], turned
+    apart = [name for name, row in zip(names, distances[best].T, strict=True) if row.min() > APART_MOST]
+    return Relative(candidates[best // len(names)][best % len(names)], turned, apart)
 
 
 def _distance(one: Pose, other: Pose) -> float:

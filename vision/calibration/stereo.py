@@ -16,6 +16,7 @@ from vision.calibration.acceptance import (
     CalibrationError,
     Dropped,
     check_height,
+    check_moments,
     check_pairs,
     limits,
     mounting_warnings,
@@ -143,6 +144,8 @@ def calibrate(
         first = guess(views, board, image_size)
     except cv2.error as error:
         raise CalibrationError(["no camera explains the pictures: check board.json"], dropped) from error
+    both = {view.board for view in first.views if view.side == 0} & {view.board for view in first.views if view.side}
+    check_moments(sorted(both), first.apart)
     gone = [*dropped, *(Dropped(view.name, "does not fit the lens: a false grid") for view in first.misfits)]
     first, loose, fell = _without_misfits(first, board, gone)
     gone += fell

@@ -5,7 +5,7 @@ import math
 from pathlib import Path
 
 from appliance.cli.common import progress
-from appliance.cli.outputs import refuse_lost_input
+from appliance.cli.outputs import refuse_lost_input, refuse_unwritable
 from appliance.command_options import CommandError
 
 _BOARD_NUMBERS = ("square_mm", "square_u_mm", "low_mm", "high_mm", "height_u_mm")
@@ -29,6 +29,7 @@ def run_calibrate(given: argparse.Namespace) -> None:
     from vision.calibration.acceptance import CalibrationError
 
     refuse_lost_input(given.output, (given.folder,))
+    refuse_unwritable(given.output)
     first_mm, last_mm = given.region
     if not -math.inf < first_mm < last_mm < math.inf:
         raise CommandError(f"--region: from {first_mm:g} to {last_mm:g} is no region; give the smaller number first")

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from appliance.cli.outputs import refuse_lost_input, refuse_other_formats
+from appliance.cli.outputs import refuse_lost_input, refuse_other_formats, refuse_unwritable
 from appliance.command_options import CommandError
 from appliance.conformity.row_judge import row_judge
 from appliance.conformity.set_points import SetPoints
@@ -38,6 +38,7 @@ def run_measure(given: argparse.Namespace) -> None:
     _refuse_others(given, room)
     refuse_other_formats(given.output)
     refuse_lost_input(given.output, (given.recording, given.rig, given.background, given.config))
+    refuse_unwritable(given.output)
     settings = settings_file.load(given.config)
     judge = row_judge(SetPoints.from_settings(settings.sizing.set_points), settings.judging)
     try:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import get_args
 
 from appliance.cli.common import add_config
-from appliance.cli.outputs import refuse_lost_input, refuse_other_formats
+from appliance.cli.outputs import refuse_lost_input, refuse_other_formats, refuse_unwritable
 from appliance.command_options import CommandError
 from appliance.supervisor import settings as settings_file
 from vision.ingot.classifiers.names import ClassifierName
@@ -35,6 +35,7 @@ def run_orient(given: argparse.Namespace) -> None:
     outputs = [given.output, *([ingots_file(given.output)] if given.output.suffix.lower() == ".csv" else [])]
     for output in outputs:
         refuse_lost_input(output, (given.recording, given.references, given.config))
+        refuse_unwritable(output)
     settings = settings_file.load(given.config).ingot
     if given.classifier:
         settings = settings.model_copy(update={"classifier": given.classifier})

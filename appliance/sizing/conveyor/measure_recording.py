@@ -10,6 +10,7 @@ from appliance.files.atomic_file import whole_file
 from appliance.files.row_writer import row_writer
 from appliance.sizing.conveyor.empty_line import TimedConveyorGauge, read_background
 from appliance.sizing.conveyor.plots import ConveyorPlots
+from appliance.sizing.figures import figure_class
 from appliance.sizing.reading_rows import COLUMNS, Judge, ReadingRows, unjudged
 from appliance.sizing.summary import Summary
 from vision.sizing.conveyor.camera_view import ConveyorReference
@@ -65,6 +66,8 @@ def measure_conveyor(
     OSError
         `output` cannot be written, or the folder of plots not made.
     """
+    if plots is not None:
+        figure_class()  # a library that is missing is named before the recording is measured
     frames = PictureRecording(recording)
     empty = darkest(frames) if background is None else read_background(background)
     make = partial(
