@@ -88,14 +88,15 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--for", type=float, default=1e9, dest="seconds", help="no new mutant after so many seconds")
-    parser.add_argument("--output", type=Path, help="JSON lines of all outcomes, to be continued")
+    parser.add_argument("--output", type=Path, help="JSON lines of all outcomes; what is there is continued")
     given = parser.parse_args()
     begun_s = time.monotonic()
     counts: dict[str, int] = {}
+    done = 0 if given.output is None or not given.output.exists() else len(given.output.read_text().splitlines())
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "copy"
         shutil.copytree(ROOT, copy, ignore=NOT_COPIED)
-        for mutant in drawn(copy, given.folder, given.count, given.seed):
+        for mutant in drawn(copy, given.folder, given.count, given.seed)[done:]:
             if time.monotonic() - begun_s > given.seconds:
                 break
             tests = concerning(copy, _module(copy / mutant.file, copy))
