@@ -51,12 +51,12 @@ def load(path: Path | None, root: type[RootT]) -> RootT:
         raise SettingsError(f"{path}: {error.strerror}; give an existing TOML file") from error
     except UnicodeDecodeError as error:
         raise SettingsError(f"{path}: not a text in UTF-8; give a TOML file") from error
-    except tomllib.TOMLDecodeError as error:
-        raise SettingsError(f"{path}: not well-formed TOML: {error}") from error
     except ValidationError as error:
         raise SettingsError(
             f"{path}: " + "; ".join(mask(_sentence(detail, root)) for detail in error.errors())
         ) from None
+    except (ValueError, RecursionError) as error:  # also of a number of thousands of digits, which is none of ours
+        raise SettingsError(f"{path}: not well-formed TOML: {error}") from error
 
 
 def _sentence(detail: ErrorDetails, root: type[BaseModel]) -> str:

@@ -1,6 +1,9 @@
 """SentPicture files with their coding: PNG of 8 to 16 bits, JPEG with its luma, Bayer mosaics."""
 
 import json
+import re
+import zlib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -10,14 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from appliance.cameras.recording.jpeg_header import JPEG_START, jpeg_is_whole, read_jpeg_header
+from appliance.cameras.recording.native_messages import native_messages
 from appliance.cameras.source import CameraError
 from vision.sent_picture import LUMA_601, MOSAICS, Codes, Coding, Mosaic, SentPicture, sent_picture
 
 PNG_START = b"\x89PNG\r\n\x1a\n"
-PNG_END = b"\0\0\0\0IEND\xaeB`\x82"
+PNG_END = b"IEND"
 PNG_HEAD_BYTES = 24  # up to columns and rows (ISO/IEC 15948, 11.2.2)
 # chosen: about what the largest industrial cameras have; a file of a few bytes can announce 2^62 and more
 MOST_PIXELS = 1 << 26
+MOST_FILLING_BYTES = 64  # chosen: before a JPEG's end; more are left over when the data have slipped
 SIGNIFICANT_BITS = b"sBIT"
 CODING_FILE = "coding.json"
 
@@ -92,11 +97,16 @@ def read_picture(path: Path, told: ToldCoding = UNTOLD) -> SentPicture:
         raise CameraError(f"{path}: cannot be read ({error.strerror}); check the disk and its permissions") from error
     if not _is_whole(data):  # OpenCV fills what is missing of a truncated file with grey and calls it a picture
         raise CameraError(f"{path}: the file breaks off before the picture's end; copy or record it again")
+    if _is_damaged(data):
+        raise CameraError(f"{path}: a checksum does not fit, so the file is damaged; copy or record it again")
     columns, rows = _announced_size(data)
     if columns * rows > MOST_PIXELS:
         most = f"{MOST_PIXELS >> 20} million pixels are the most"
         raise CameraError(f"{path}: announces {columns} x {rows} pixels where {most}; copy or record it again")
-    picture = decoded_picture(data, told)
+    with native_messages() as said:
+        picture = decoded_picture(data, told)
+    if any(map(_tells_damage, said)):
+        raise CameraError(f"{path}: its data do not decode, so the file is damaged; copy or record it again")
     if picture is None:
         raise CameraError(f"{path}: not a readable PNG or JPEG picture; copy or record it again")
     return picture
@@ -129,8 +139,36 @@ def decoded_picture(data: bytes, told: ToldCoding = UNTOLD) -> SentPicture | Non
 def _is_whole(data: bytes) -> bool:
     """Whether a PNG or JPEG file has its end; what a camera writes after it does not matter."""
     if data.startswith(PNG_START):
-        return PNG_END in data
+        return any(name == PNG_END for name, _, _ in _png_chunks(data))
     return jpeg_is_whole(data) if data.startswith(JPEG_START) else bool(data)
+
+
+def _is_damaged(data: bytes) -> bool:
+    """Whether a checksum of a PNG file does not fit; JPEG has none."""
+    if not data.startswith(PNG_START):
+        return False
+    return any(zlib.crc32(name + content) != checksum for name, content, checksum in _png_chunks(data))
+
+
+def _tells_damage(message: str) -> bool:
+    """Whether a message of the JPEG decoder is of more than the few bytes with which cameras fill up a file."""
+    if filling := re.search(r"(\d+) extraneous bytes before marker 0xd9", message):
+        return int(filling[1]) > MOST_FILLING_BYTES
+    return "Corrupt JPEG data" in message
+
+
+def _png_chunks(data: bytes) -> Iterator[tuple[bytes, bytes, int]]:
+    """Name, content and checksum of each chunk that is whole, up to the end (ISO/IEC 15948, 5.3)."""
+    place = len(PNG_START)
+    while place + 12 <= len(data):
+        end = place + 8 + int.from_bytes(data[place : place + 4])
+        if end + 4 > len(data):
+            return
+        name = data[place + 4 : place + 8]
+        yield name, data[place + 8 : end], int.from_bytes(data[end : end + 4])
+        if name == PNG_END:
+            return
+        place = end + 4
 
 
 def _announced_size(data: bytes) -> tuple[int, int]:
@@ -161,12 +199,9 @@ def _lossless(image: Codes, bits: int | None, mosaic: Mosaic | None) -> SentPict
 
 def _png_bits(data: bytes) -> int | None:
     """Significant bits that a PNG file states in its sBIT chunk (ISO/IEC 15948, 11.3.2.4)."""
-    place = len(PNG_START)
-    while place + 8 <= len(data):
-        length, name = int.from_bytes(data[place : place + 4]), data[place + 4 : place + 8]
-        if name == SIGNIFICANT_BITS and length:
-            return max(data[place + 8 : place + 8 + min(length, 3)])
+    for name, content, _ in _png_chunks(data):
+        if name == SIGNIFICANT_BITS and content:
+            return max(content[:3])
         if name == b"IDAT":
-            return None
-        place += 12 + length
+            break
     return None

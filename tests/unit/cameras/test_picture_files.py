@@ -101,3 +101,26 @@ def test_a_folder_that_cannot_be_read_is_a_camera_fault_and_not_the_end_of_the_s
     monkeypatch.setattr(pairs, "numbered_pictures", refuse)
     with pytest.raises(CameraError, match=r"left: cannot be read \(Permission denied\)"):
         Recording(tmp_path)
+
+
+def test_a_jpeg_whose_data_slip_is_refused_and_its_decoder_says_nothing_beside(tmp_path, capfd):
+    data = bytearray(coded(".jpg"))
+    at = data.index(b"\xff\xda") + 200
+    del data[at : at + 300]
+    with pytest.raises(CameraError, match="the file is damaged"):
+        read_picture(written(tmp_path, "000000.jpg", bytes(data)))
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_jpeg_that_a_camera_has_filled_up_before_its_end_is_read(tmp_path, capfd):
+    data = coded(".jpg")
+    picture = read_picture(written(tmp_path, "000000.jpg", data[:-2] + b"\0" * 16 + data[-2:]))
+    assert np.array_equal(picture.shown, cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR))
+    assert capfd.readouterr().err == ""
+
+
+def test_a_png_with_one_flipped_bit_is_refused(tmp_path):
+    data = bytearray(coded(".png"))
+    data[len(data) // 2] ^= 4
+    with pytest.raises(CameraError, match="a checksum does not fit"):
+        read_picture(written(tmp_path, "000000.png", bytes(data)))
