@@ -33,7 +33,7 @@ REQUESTS_PER_TURN = 64  # then the other connections have their turn
 HANDSHAKE_S = 5.0  # within which a client must have shown its certificate
 GOODBYE_S = 2.0  # within which it must have said that it is going
 # chosen: a client with so many connections, one of them silent for so long while all places are taken, leaks them
-LEAK_PLACES, LEAK_SILENT_S = 8, 10.0
+LEAK_PLACES, LEAK_SILENT_S = 8, 60.0
 
 _HEADER = struct.Struct(">HHH")  # transaction, protocol, length of unit and request
 _UNITS = frozenset({0, 1, 255})
