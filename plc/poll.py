@@ -1,6 +1,7 @@
 """Reads a gauge as a PLC does, on pymodbus, and shows what it read in words."""
 
 import logging
+import socket
 import struct
 import time
 from collections.abc import Iterator, Mapping
@@ -114,12 +115,22 @@ def poll(host: str, port: int = 502, *, every_s: float = 1.0, word_order: WordOr
     """
     with ModbusTcpClient(host, port=port, timeout=ANSWER_WITHIN_S, retries=0) as client:
         if not client.connected:
+            if not _is_known(host):
+                raise PollError(f"{host}: no host of this name is known here; check the name, or give an address")
             raise PollError(f"{host}:{port}: nobody answers; check the address, the port and that the gauge runs")
         due = time.monotonic()
         while True:
             yield scan(client, f"{host}:{port}", word_order)
             due = max(due + every_s, time.monotonic())
             time.sleep(max(0.0, due - time.monotonic()))
+
+
+def _is_known(host: str) -> bool:
+    try:
+        socket.getaddrinfo(host, None)
+    except socket.gaierror:
+        return False
+    return True
 
 
 def scan(client: ModbusTcpClient, place: str, word_order: WordOrder) -> Snapshot:

@@ -22,7 +22,13 @@ class _Parser(argparse.ArgumentParser):
     """A parser whose errors are one sentence."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(EXIT_TROUBLE, f"hotgauge: {message}; see `{self.prog} --help`\n")
+        words = message.replace("\n", " ").removeprefix("argument ")
+        for kind, meaning in (("int", "whole number"), ("float", "number")):
+            words = words.replace(f"invalid {kind} value: ", f"no {meaning}: ")
+        settings = [word for word in words.split() if word.endswith(".toml")]
+        if settings and words.startswith("unrecognized arguments: "):
+            words += f"; settings are given as --config {settings[0]}"
+        self.exit(EXIT_TROUBLE, f"hotgauge: {words}; see `{self.prog} --help`\n")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -3,13 +3,13 @@
 import contextlib
 import os
 import threading
-from collections.abc import Iterator
+from collections.abc import Generator
 
 _one_at_a_time = threading.Lock()  # there is one standard error in a process
 
 
 @contextlib.contextmanager
-def native_messages() -> Iterator[list[str]]:
+def native_messages() -> Generator[list[str]]:
     """Catch standard error for a moment; the list yielded holds its lines afterwards."""
     lines: list[str] = []
     with _one_at_a_time, contextlib.ExitStack() as places:

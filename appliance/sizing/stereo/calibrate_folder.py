@@ -20,6 +20,8 @@ from vision.calibration.still_marks import NO_MARKS, Marks, find_marks
 from vision.geometry.camera import CAMERA_PARAMETERS
 from vision.light import ResponseCurve
 
+FRUITLESS = 3  # pictures without the board, after which another board is looked for
+
 
 def calibrate_folder(
     folder: Path,
@@ -135,6 +137,8 @@ class _Finder:
         found = find_corners(picture, self._board)
         if found.corners_px is None:
             self.dropped.append(Dropped(path.stem, found.reason))
+            if len(self.dropped) == FRUITLESS and not self.found and (other := self.other_board()):
+                raise CalibrationError(other)  # looking for what is not there takes seconds a picture
         else:
             self.found[path] = found.corners_px
         return found.corners_px

@@ -35,7 +35,7 @@ def load_rig(path: Path) -> Rig:
     except OSError as error:
         raise RigError(f"{path}: cannot be read ({error.strerror}); make it with `hotgauge calibrate`") from error
     except ValueError as error:
-        raise RigError(f"{path}: {error}; make the file anew with `hotgauge calibrate`") from error
+        raise RigError(f"{path}: no usable rig file: {error}; make it with `hotgauge calibrate`") from error
 
 
 def save_rig(rig: Rig, path: Path) -> None:

@@ -119,7 +119,10 @@ def read_board(path: Path, overrides: Mapping[str, object]) -> Board:
     except FileNotFoundError:
         values = {}
         if "squares" not in overrides or "square_mm" not in overrides:
-            sentence = f"{path}: no such file; describe the board in it, or give --squares and --square-mm"
+            advice = "describe the board in it, or give --squares and --square-mm"
+            if (path.parent.parent / path.name).is_file():
+                advice = f"give the folder above it, {path.parent.parent}"
+            sentence = f"{path}: no such file; {advice}"
             raise CalibrationError([sentence]) from None
     except OSError as error:
         raise CalibrationError([f"{path}: cannot be read ({error.strerror}); describe the board in it"]) from error

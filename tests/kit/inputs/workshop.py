@@ -1,5 +1,6 @@
 """A folder with everything that a person hands to the commands, all of it small and right, to be spoilt by tests."""
 
+import atexit
 import functools
 import json
 import random
@@ -42,6 +43,7 @@ temperature_c = 1050.0
 def workshop() -> Path:
     """The folder, made once in a process; read only."""
     folder = Path(tempfile.mkdtemp(prefix="workshop"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
     write_scene(folder / "mill", "clean", 3, 1, poses=7)
     save_rig(calibrate_folder(folder / "mill").rig, folder / "rig.json")
     (folder / "mill" / "scenes" / "clean").rename(folder / SCENE)
