@@ -139,7 +139,7 @@ def read_cells(file: Path) -> Cells:
     except OSError as error:
         raise StudyError(f"{file}: {error.strerror}; give an existing CSV file") from error
     except KeyError as error:
-        raise StudyError(f"{file}: has no column {error.args[0]}; it needs {', '.join(COLUMNS)}") from error
+        raise StudyError(f"{file}: has no column {error.args[0]}; it needs the columns {', '.join(COLUMNS)}") from error
     except (ValueError, TypeError, csv.Error) as error:
         raise StudyError(f"{file}: {error}; it needs the columns {', '.join(COLUMNS)}, with numbers") from error
     return cells
