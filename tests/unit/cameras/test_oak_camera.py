@@ -2,6 +2,7 @@
 
 import threading
 import time
+from dataclasses import replace
 from datetime import timedelta
 
 import depthai as dai
@@ -194,7 +195,7 @@ def test_an_exposure_that_reaches_a_lost_camera_is_no_crash():
             raise RuntimeError("Communication exception: X_LINK_ERROR")
 
     def cameras(pipeline, more):
-        return Bench()(pipeline, more)._replace(controls=(Lost(), Lost()))
+        return replace(Bench()(pipeline, more), controls=(Lost(), Lost()))
 
     with OakSource(OakCamera(kind="oak"), 1000, cameras) as oak:
         oak.set_exposure(500.0)
