@@ -87,7 +87,7 @@ def _any(chance: random.Random, holder: dict | list) -> object:
 def spoilt_words(chance: random.Random, words: list[str]) -> list[str]:
     """A command line with words left out, doubled, exchanged, replaced or added; the command itself stays mostly."""
     words = list(words)
-    for _ in range(chance.randint(1, 3)):
+    for _ in range(chance.choice([1, 1, 1, 2, 3])):
         at = chance.randrange(0 if chance.random() < 0.05 else 1, len(words) + 1)
         kind = chance.randrange(5)
         if kind == 0:
