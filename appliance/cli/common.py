@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import logging
 import math
 from collections.abc import Callable, Generator
 from pathlib import Path
@@ -15,10 +16,11 @@ def add_config(command: argparse.ArgumentParser) -> None:
 
 @contextlib.contextmanager
 def progress(unit: str) -> Generator[Callable[[int, int], None]]:
-    """Show a progress bar on a terminal, nothing on a pipe; the function yielded takes steps done and steps in all."""
+    """Show a progress bar on a terminal, unless --quiet was given; the function yielded takes steps done and of all."""
     from tqdm import tqdm
 
-    with tqdm(unit=unit, disable=None) as bar:
+    quiet = logging.getLogger("hotgauge").level > logging.INFO
+    with tqdm(unit=unit, disable=quiet or None) as bar:
 
         def show(done: int, total: int) -> None:
             bar.total = total

@@ -1,5 +1,6 @@
 """Installs the gauge as a systemd service on a Debian computer, and removes it."""
 
+import importlib.util
 import os
 import shutil
 import subprocess
@@ -13,6 +14,7 @@ from appliance.service import systemd as service
 
 CONFIG = Path("etc/hotgauge/hotgauge.toml")
 UNIT = Path("etc/systemd/system/hotgauge.service")
+PAGE_UNIT = Path("etc/systemd/system/hotgauge-page.service")
 CACHE = Path("var/cache/hotgauge")
 STATE = Path("var/lib/hotgauge")
 HOME_FOLDERS = (Path("/home"), Path("/root"), Path("/run/user"))
@@ -34,6 +36,7 @@ FILES = (
     _File("sysusers.conf", Path("etc/sysusers.d/hotgauge.conf")),
     _File("tmpfiles.conf", Path("etc/tmpfiles.d/hotgauge.conf")),
     _File("udev.rules", Path("etc/udev/rules.d/70-hotgauge.rules")),
+    _File("hotgauge-page.service", PAGE_UNIT),
 )
 
 
@@ -74,6 +77,7 @@ def install(root: Path) -> Iterator[str]:
         _run("systemctl", "enable", UNIT.name)
         _run("systemctl", "restart", "--no-block", UNIT.name)  # one that runs already has the program of before
         yield f"{UNIT.name} is enabled and starts; see it with: systemctl status hotgauge"
+        yield _enable_page()
 
 
 def remove(root: Path) -> Iterator[str]:
@@ -95,8 +99,7 @@ def remove(root: Path) -> Iterator[str]:
     live = root == Path("/")
     if live:
         _check_root()
-        if (root / UNIT).exists():
-            _run("systemctl", "disable", "--now", UNIT.name)
+        _disable(root)
     for file in FILES:
         yield from _delete(root / file.target)
     if (root / CONFIG).is_file() and (root / CONFIG).read_bytes() == _text("hotgauge.toml").encode():
@@ -127,6 +130,20 @@ def _check_computer() -> None:
     for place in (Path(sys.executable), Path(sys.base_prefix), templates()):
         if any(place.resolve().is_relative_to(home) for home in HOME_FOLDERS):
             raise InstallError(f"{place}: a service sees no home directories; install hotgauge in a venv in /opt")
+
+
+def _enable_page() -> str:
+    """Enable and start the page if its libraries are here."""
+    if importlib.util.find_spec("starlette") is None:
+        return f"{PAGE_UNIT.name} stays off: for the page in a browser, pip install 'hotgauge[page]' and install again"
+    _run("systemctl", "enable", "--now", "--no-block", PAGE_UNIT.name)
+    return f"{PAGE_UNIT.name} is enabled and starts; say who may log in with: hotgauge page-user"
+
+
+def _disable(root: Path) -> None:
+    for unit in (PAGE_UNIT, UNIT):
+        if (root / unit).exists():
+            _run("systemctl", "disable", "--now", unit.name)
 
 
 def _check_root() -> None:

@@ -8,6 +8,7 @@ import math
 import threading
 import time
 from collections.abc import Generator
+from functools import partial
 
 from pydantic import TypeAdapter
 
@@ -24,6 +25,7 @@ from appliance.cameras.source import (
 )
 from appliance.processes.link import StationLink
 from appliance.processes.message import StateMessage
+from appliance.processes.preview import Picture, PreviewWriter
 from appliance.processes.station_process import fault, report_rejected, serve
 from appliance.sizing.message import ReadingMessage
 from appliance.sizing.method import ScaleError, SizingMethod, TimedReader
@@ -82,6 +84,7 @@ def _measure(
     link: StationLink,
     closed: threading.Event,
 ) -> None:
+    preview = PreviewWriter("sizing")
     with source:
         liveness = Liveness(settings.liveness, time.monotonic(), numbered=source.simulated)
         guard = ExposureGuard(settings.exposure, adjustable=isinstance(source, Adjustable))
@@ -96,8 +99,29 @@ def _measure(
             message = to_message(
                 reading, exposed, elapsed_ms, dropped=exposed.dropped + link.dropped, simulated=source.simulated
             )
+            preview.offer(_shown(exposed), partial(gauge.lines, reading), _figures(reading, exposed))
             faults = verdict.faults | _exposure_faults(guard, reading, exposed, source) | _heat(settings, exposed)
             link.send(message.model_copy(update={"faults": faults}))
+
+
+def _shown(exposed: FramePair | Frame) -> tuple[Picture, ...]:
+    return (exposed.left, exposed.right) if isinstance(exposed, FramePair) else (exposed.picture,)
+
+
+def _figures(reading: SizeReading, exposed: FramePair | Frame) -> dict[str, float | None]:
+    """What the page shows beside the pictures."""
+    return {
+        "sequence": exposed.sequence,
+        "exposed_utc_ms": exposed.exposed_utc_ms,
+        "exposure_us": exposed.exposure_us,
+        "limb_light": reading.limb_light,
+        "clipped_share": reading.clipped_share,
+        "diameter_mm": reading.diameter_mm,
+        "windows_kept": reading.windows_kept,
+        "windows_total": reading.windows_total,
+        "alignment_quality": reading.alignment_quality,
+        "plane_height_mm": reading.plane_height_mm,
+    }
 
 
 @contextlib.contextmanager

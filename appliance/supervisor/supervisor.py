@@ -17,7 +17,7 @@ from appliance.conformity.set_points import SetPoints
 from appliance.diagnostics.alarms import Alarms
 from appliance.diagnostics.faults import Faults
 from appliance.errors import HotgaugeError
-from appliance.files.stamp import file_stamp
+from appliance.files.atomic_file import file_state
 from appliance.history.keeper import HistoryKeeper
 from appliance.supervisor.clock_watch import SleepWatch, WallClock
 from appliance.supervisor.ingot_client import INGOT, IngotClient, is_on
@@ -61,7 +61,6 @@ class Supervisor:
         self._alarms = Alarms()
         self._clock = WallClock(wall)
         self._sleep = SleepWatch()
-        self._scale_stamp = file_stamp(settings.sizing.scale_file)
         self._started_s = time.monotonic()
         self._news = asyncio.Event()
         self._serving = asyncio.Event()
@@ -71,6 +70,7 @@ class Supervisor:
         self._history = HistoryKeeper(
             settings.history, self._inputs, self._scale_file, trust_min=settings.judging.trust_min, wall=wall
         )
+        self._scale_state = file_state(self._scale_file())
         self._gate = StartGate({SIZING, INGOT} if is_on(settings.ingot) else {SIZING})
         self._sizing = SizingClient(
             settings.sizing,
@@ -171,9 +171,9 @@ class Supervisor:
         before, self._settings = self._settings, self._settings.model_copy(update=in_force)
         self._faults.report("restart_needed", active=settings != self._settings)
         self._inputs.settings = SetPoints.from_settings(settings.sizing.set_points)
-        stamp, self._scale_stamp = self._scale_stamp, await asyncio.to_thread(file_stamp, settings.sizing.scale_file)
-        like_before = settings.sizing.model_copy(update={"set_points": before.sizing.set_points}) == before.sizing
-        if not like_before or stamp != self._scale_stamp:
+        scale_before, self._scale_state = self._scale_state, file_state(self._scale_file())
+        same = settings.sizing.model_copy(update={"set_points": before.sizing.set_points}) == before.sizing
+        if not same or self._scale_state != scale_before:
             self._sizing.renew(settings.sizing)
         if self._ingots and self._settings.ingot != before.ingot:
             self._ingots.renew(settings.ingot)
