@@ -13,7 +13,6 @@ import socket
 import ssl
 import struct
 import time
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import cast, get_args
 
@@ -22,6 +21,7 @@ from plc.listener import Listener, bind_error, free_dead_peer, listen
 from plc.process_image import ProcessImage
 from plc.security.addresses import Network
 from plc.security.identity import CertificateError, holder
+from plc.security.places import left_behind, never_asked
 from plc.security.refusals import Refusals
 from plc.security.roles import Client, Role, WritePolicy, Writes
 from plc.security.secure_port import SecurePort, handshake_in_words
@@ -32,8 +32,6 @@ WRITE_BUFFER_BYTES = 16384  # answers kept for a slow reader before its requests
 REQUESTS_PER_TURN = 64  # then the other connections have their turn
 HANDSHAKE_S = 5.0  # within which a client must have shown its certificate
 GOODBYE_S = 2.0  # within which it must have said that it is going
-# chosen: a client with so many connections, one of them silent for so long while all places are taken, leaks them
-LEAK_PLACES, LEAK_SILENT_S = 8, 60.0
 
 _HEADER = struct.Struct(">HHH")  # transaction, protocol, length of unit and request
 _UNITS = frozenset({0, 1, 255})
@@ -183,9 +181,8 @@ class ModbusServer:
     connections_max : int
         Clients served at once. One more takes the place of the oldest that has not sent a whole request yet, of
         the address that has most of these, so that half-open connections lock nobody out; a writer that of the oldest
-        which is none; then that of the longest silent one, for `LEAK_SILENT_S` at least, of the address that has
-        most, `LEAK_PLACES` at least, so that a client which never closes locks nobody out either; otherwise it is
-        closed at once.
+        which is none; then that of one that its client has left behind (`plc.security.places`), so that a client which
+        never closes locks nobody out either; otherwise it is closed at once.
     on_write : callable, optional
         Called in the event loop with what a write changes, by name: set points as the numbers in their words,
         commands as levels. An equal write does not call it. If it raises, nothing is written and the client
@@ -370,31 +367,16 @@ class ModbusServer:
         self.refuse(address, f"{why}; raise the limit of descriptors (LimitNOFILE) or lower plc.connections_max")
 
     def _make_room(self, address: str) -> bool:
-        leaving = self._idle()
+        leaving = never_asked(self._connections)
         if leaving is None and self._policy.lists(address):
             others = (c for c in self._connections if not self._policy.lists(c.client.address))
             leaving = next(others, None)
         if leaving is None:
-            leaving = self._leaked()
+            leaving = left_behind(self._connections, time.monotonic())
         if leaving is not None:
             leaving.abort()
             self.dismiss(leaving)
         return leaving is not None
-
-    def _idle(self) -> _Connection | None:
-        """Oldest connection that has not asked yet, of the address that has most of them."""
-        idle = [connection for connection in self._connections if connection.asked_s is None]
-        addresses = Counter(connection.client.address for connection in idle)
-        return max(idle, key=lambda connection: addresses[connection.client.address], default=None)
-
-    def _leaked(self) -> _Connection | None:
-        """Longest silent connection of the address that has most, if that address has left it behind."""
-        addresses = Counter(connection.client.address for connection in self._connections)
-        address, places = addresses.most_common(1)[0]
-        theirs = [connection for connection in self._connections if connection.client.address == address]
-        oldest = min(theirs, key=lambda connection: connection.asked_s or 0.0)
-        silent_s = time.monotonic() - (oldest.asked_s or 0.0)
-        return oldest if places >= LEAK_PLACES and silent_s >= LEAK_SILENT_S else None
 
     def _drop_secure(self) -> None:
         """End connections whose certificates were signed by an authority that is not trusted any more."""

@@ -19,8 +19,8 @@ from modbus_wire import (
     write_registers,
 )
 
-from plc import server as server_module
 from plc.process_image import encode
+from plc.security import places
 from plc.server import ModbusServer
 
 IN_TIME_S = 0.2
@@ -220,7 +220,7 @@ def test_what_is_restored_is_read_back_and_told_to_nobody(written):
 
 
 def test_a_client_that_leaks_connections_locks_nobody_out(written, monkeypatch):
-    monkeypatch.setattr(server_module, "LEAK_SILENT_S", 0.5)
+    monkeypatch.setattr(places, "LEAK_SILENT_S", 0.5)
     server = ModbusServer("127.0.0.1", 0, connections_max=64)
     server.publish(encode(LIVE))
     with served(server), Wire(server.port, source="127.0.0.9") as plc:
