@@ -8,7 +8,7 @@ SHELL := /bin/bash
 VENV := .venv
 BIN := $(VENV)/bin
 CONTRIB := .venv-contrib
-TEST_PATH := tests:tests/kit/cameras:tests/kit/clients:tests/kit/comparisons:tests/kit/pictures:tests/kit/stations  # as pytest's in pyproject.toml
+TEST_PATH := tests:tests/kit/cameras:tests/kit/clients:tests/kit/comparisons:tests/kit/inputs:tests/kit/pictures:tests/kit/stations  # as pytest's in pyproject.toml
 IN_TWO_PROCESSES := --numprocesses=2 --dist=loadfile
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 

@@ -111,6 +111,8 @@ def connect(place: Place) -> ModbusTcpClient:
     plain = ModbusTcpClient(place.host, port=place.port, timeout=ANSWER_WITHIN_S, retries=0)
     client = plain if place.tls is None else _SecureClient(place, place.tls)
     if not client.connect():
+        if not _is_known(place.host):
+            raise PollError(f"{place.host}: no host of this name is known here; check the name, or give an address")
         more = "" if place.tls is None else ", and the certificates"
         raise PollError(f"{place}: nobody answers; check the address, the port and that the gauge runs{more}")
     return client
@@ -188,6 +190,14 @@ def poll(host: str, port: int = 502, *, every_s: float = 1.0, word_order: WordOr
             yield scan(client, str(place), word_order)
             due = max(due + every_s, time.monotonic())
             time.sleep(max(0.0, due - time.monotonic()))
+
+
+def _is_known(host: str) -> bool:
+    try:
+        socket.getaddrinfo(host, None)
+    except socket.gaierror:
+        return False
+    return True
 
 
 def scan(client: ModbusTcpClient, place: str, word_order: WordOrder) -> Snapshot:

@@ -3,8 +3,11 @@
 import argparse
 import contextlib
 import logging
+import math
 from collections.abc import Callable, Generator
 from pathlib import Path
+
+MOST_DIGITS = 18  # of a number that counts something
 
 
 def add_config(command: argparse.ArgumentParser) -> None:
@@ -27,14 +30,39 @@ def progress(unit: str) -> Generator[Callable[[int, int], None]]:
 
 
 def positive_number(text: str) -> int:
-    number = int(text)
-    if number < 1:
-        raise ValueError
-    return number
+    return _whole(text, 1)
 
 
 def whole_number(text: str) -> int:
-    number = int(text)
-    if number < 0:
-        raise ValueError
+    return _whole(text, 0)
+
+
+def _whole(text: str, least: int) -> int:
+    if not (text.isascii() and text.isdigit() and len(text) <= MOST_DIGITS and int(text) >= least):
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number from {least}")
+    return int(text)
+
+
+def number_within(text: str, least: float, most: float, unit: str) -> float:
+    """Number of an option.
+
+    Parameters
+    ----------
+    text : str
+    least, most : float
+        Bounds.
+    unit : str
+        Plural, for the sentence that refuses.
+
+    Raises
+    ------
+    ArgumentTypeError
+        The text is no number, or out of bounds.
+    """
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not least <= number <= most:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number of {unit} from {least:g} to {most:g}")
     return number

@@ -30,7 +30,13 @@ class _Parser(argparse.ArgumentParser):
     """A parser whose errors are one sentence."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(EXIT_TROUBLE, f"hotgauge: {message}; see `{self.prog} --help`\n")
+        words = message.replace("\n", " ").removeprefix("argument ")
+        for kind, meaning in (("int", "whole number"), ("float", "number")):
+            words = words.replace(f"invalid {kind} value: ", f"no {meaning}: ")
+        settings = [word for word in words.split() if word.endswith(".toml")]
+        if settings and words.startswith("unrecognized arguments: "):
+            words += f"; settings are given as --config {settings[0]}"
+        self.exit(EXIT_TROUBLE, f"hotgauge: {words}; see `{self.prog} --help`\n")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -71,7 +77,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0
     except OSError as error:
         if error.filename is not None:
-            raise
+            print(f"hotgauge: {error.filename}: {error.strerror}; check the path and its permissions", file=sys.stderr)
+            return EXIT_TROUBLE
         _give_up_output()
         print(
             f"hotgauge: the output cannot be written: {error.strerror}; make room, or write elsewhere", file=sys.stderr

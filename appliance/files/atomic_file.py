@@ -12,15 +12,23 @@ FILE_MODE = 0o644  # all users may read it; `mkstemp` alone would give 0o600
 
 @contextlib.contextmanager
 def whole_place(path: Path, mode: int = FILE_MODE) -> Generator[Path]:
-    """A place to write a file at, which gets its name only when all of it is on the disk; raises `OSError`.
+    """A place to write a file at, which gets its name only when all of it is on the disk.
 
     Parameters
     ----------
     path : Path
     mode : int
         Who may read and write it.
+
+    Raises
+    ------
+    OSError
+        It cannot be written; the error names `path`, not the place that nobody has asked for.
     """
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error
     temporary = Path(name)
     try:
         os.fchmod(handle, mode)

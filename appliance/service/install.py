@@ -47,7 +47,7 @@ def templates() -> Path:
 
 
 def install(root: Path) -> Iterator[str]:
-    """Write all files, then enable and start the service; an existing settings file is kept.
+    """Write all files, then enable the service and start it, or start it anew; an existing settings file is kept.
 
     Parameters
     ----------
@@ -74,7 +74,8 @@ def install(root: Path) -> Iterator[str]:
         _run("systemd-tmpfiles", "--create", root / FILES[2].target)
         _reload_udev()
         _run("systemctl", "daemon-reload")
-        _run("systemctl", "enable", "--now", "--no-block", UNIT.name)
+        _run("systemctl", "enable", UNIT.name)
+        _run("systemctl", "restart", "--no-block", UNIT.name)  # one that runs already has the program of before
         yield f"{UNIT.name} is enabled and starts; see it with: systemctl status hotgauge"
         yield _enable_page()
 
@@ -101,7 +102,7 @@ def remove(root: Path) -> Iterator[str]:
         _disable(root)
     for file in FILES:
         yield from _delete(root / file.target)
-    if (root / CONFIG).is_file() and (root / CONFIG).read_text(encoding="utf-8") == _text("hotgauge.toml"):
+    if (root / CONFIG).is_file() and (root / CONFIG).read_bytes() == _text("hotgauge.toml").encode():
         yield from _delete(root / CONFIG)
     if (root / CACHE).is_dir():
         shutil.rmtree(root / CACHE)
@@ -124,7 +125,7 @@ def _check_computer() -> None:
     if not service.available():
         raise InstallError(
             "systemd-python is missing, without which the service is never ready; "
-            "apt-get install gcc pkg-config libsystemd-dev python3-dev, then pip install 'hotgauge[systemd]'"
+            "apt-get install gcc pkg-config libsystemd-dev python3-dev, then pip install systemd-python"
         )
     for place in (Path(sys.executable), Path(sys.base_prefix), templates()):
         if any(place.resolve().is_relative_to(home) for home in HOME_FOLDERS):
@@ -155,7 +156,13 @@ def _text(source: str) -> str:
         text = (templates() / source).read_text(encoding="utf-8")
     except OSError as error:
         raise InstallError(f"{templates() / source}: {error.strerror}; install hotgauge again") from error
-    return text.replace("@PYTHON@", sys.executable)
+    return text.replace("@PYTHON@", _quoted(sys.executable))
+
+
+def _quoted(path: str) -> str:
+    """Path as one word of a unit file (systemd.syntax, systemd.service): quoted, without specifiers."""
+    quoted = path.replace("\\", r"\\").replace('"', r"\"").replace("%", "%%")
+    return f'"{quoted}"'
 
 
 def _write(path: Path, text: str, *, keep: bool) -> str:

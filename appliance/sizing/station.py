@@ -28,7 +28,7 @@ from appliance.processes.message import StateMessage
 from appliance.processes.preview import Picture, PreviewWriter
 from appliance.processes.station_process import fault, report_rejected, serve
 from appliance.sizing.message import ReadingMessage
-from appliance.sizing.method import ScaleError, SizingMethod
+from appliance.sizing.method import ScaleError, SizingMethod, TimedReader
 from appliance.sizing.settings import Sizing
 from vision.readings import SizeReading
 
@@ -53,24 +53,38 @@ def run(settings: SizingMethod, link: StationLink, closed: threading.Event) -> N
     closed : threading.Event
         Set when the link is closed.
     """
+    gauge: TimedReader | None = None
     while not closed.is_set():
         try:
-            _measure(settings, link, closed)
+            source = settings.make_source()
+            gauge = gauge or _ready_gauge(settings, link)
+            _measure(settings, source, gauge, link, closed)
         except EndOfRecording as error:
             _stay_at_end(link, closed, str(error))
         except CameraError as error:
             link.send(fault(error.fault, str(error)))
         except ScaleError as error:
+            gauge = None
             link.send(fault(error.fault, str(error)))
         closed.wait(RETRY_PAUSE_S)
 
 
-def _measure(settings: SizingMethod, link: StationLink, closed: threading.Event) -> None:
-    source = settings.make_source()
-    preview = PreviewWriter("sizing")
+def _ready_gauge(settings: SizingMethod, link: StationLink) -> TimedReader:
+    """Gauge that has compiled; its rig is read once, so that one that is just being made waits for a reload."""
     with _warming(link):
         gauge = settings.make_gauge(lambda: link.send(StateMessage(state="starting")))
         gauge.warm_up()
+    return gauge
+
+
+def _measure(
+    settings: SizingMethod,
+    source: PairSource | PictureSource,
+    gauge: TimedReader,
+    link: StationLink,
+    closed: threading.Event,
+) -> None:
+    preview = PreviewWriter("sizing")
     with source:
         liveness = Liveness(settings.liveness, time.monotonic(), numbered=source.simulated)
         guard = ExposureGuard(settings.exposure, adjustable=isinstance(source, Adjustable))

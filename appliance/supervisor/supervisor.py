@@ -19,7 +19,7 @@ from appliance.diagnostics.faults import Faults
 from appliance.errors import HotgaugeError
 from appliance.files.atomic_file import file_state
 from appliance.history.keeper import HistoryKeeper
-from appliance.supervisor.clock_watch import WallClock
+from appliance.supervisor.clock_watch import SleepWatch, WallClock
 from appliance.supervisor.ingot_client import INGOT, IngotClient, is_on
 from appliance.supervisor.plc_server import make_server, report_certificate
 from appliance.supervisor.self_check import SelfCheck
@@ -52,11 +52,15 @@ class Supervisor:
         self._settings = settings
         self._server = make_server(settings.plc, self._receive_write)
         self._inputs = PlcInputs(
-            state_folder(settings.plc), self._report_disk, SetPoints.from_settings(settings.sizing.set_points)
+            state_folder(settings.plc),
+            self._report_disk,
+            SetPoints.from_settings(settings.sizing.set_points),
+            rights=" ".join([settings.plc.writes, *sorted(settings.plc.writers)]),
         )
         self._faults = Faults(lambda: self._inputs.product_id)
         self._alarms = Alarms()
         self._clock = WallClock(wall)
+        self._sleep = SleepWatch()
         self._started_s = time.monotonic()
         self._news = asyncio.Event()
         self._serving = asyncio.Event()
@@ -144,7 +148,7 @@ class Supervisor:
             await self._history.stop()
 
     async def reload(self, load: Callable[[], Settings]) -> None:
-        """Apply new settings: stations whose settings changed restart; other changes report `restart_needed`.
+        """Apply new settings: stations whose settings, or rig file, changed restart; others report `restart_needed`.
 
         Parameters
         ----------
@@ -230,7 +234,7 @@ class Supervisor:
             self._alarms.acknowledge()
             self._faults.acknowledge()
         if set(changed) != {"plc_heartbeat"}:
-            self._news.set()
+            self._publish()  # at once: function 23 reads in the same request what its writing has changed
 
     def _shelve(self, changed: Mapping[str, int | bool]) -> None:
         """Shelve alarms whose command has come, and show those again whose command was taken back."""
@@ -249,6 +253,9 @@ class Supervisor:
 
     def _update(self, now_s: float) -> None:
         """Update stations, faults and alarms to `now_s`."""
+        if self._sleep.has_slept():
+            for station in filter(None, (self._sizing, self._ingots)):
+                station.distrust_until(now_s)
         self._sizing.update(now_s)
         if self._ingots:
             self._ingots.update(now_s, held=self._inputs.held)
