@@ -12,6 +12,8 @@ from appliance.cameras.recording.names import stretch_starts
 from appliance.cameras.source import CameraError, EndOfRecording, FramePair
 from vision.sent_picture import SentPicture
 
+STAMPS_FILE = "timestamps.csv"
+
 Recorded = TypeVar("Recorded")
 
 
@@ -32,12 +34,16 @@ class Recording:
     Raises
     ------
     CameraError
-        Folder missing, no recording in it, names or numbers of left and right pictures differ, a video
+        Folder missing or unreadable, no recording in it, names or numbers of left and right pictures differ, a video
         cannot be opened.
     """
 
     def __init__(self, folder: Path) -> None:
-        self._frames = open_pair(folder)
+        try:
+            self._frames = open_pair(folder)
+        except OSError as error:
+            place = error.filename or folder
+            raise CameraError(f"{place}: cannot be read ({error.strerror}); check its permissions") from error
         self.numbers = self._frames.numbers
         self._shape: tuple[int, int] | None = None
 
@@ -209,9 +215,9 @@ class _Stamps:
     """Device time stamps: those of `timestamps.csv`, moved on by each lap, or those of a steady clock."""
 
     def __init__(self, folder: Path, rate_hz: float) -> None:
-        self._path = folder / "timestamps.csv"
+        self._path = folder / STAMPS_FILE
         self._rate_hz = rate_hz
-        self._table = _read_stamps(self._path) if self._path.is_file() else None
+        self._table = read_stamps(folder) if self._path.is_file() else None
 
     def moments(self, numbers: Iterable[int]) -> list[int]:
         """What tells how much time lies between frames: their stamps where there are any, else their numbers."""
@@ -237,9 +243,19 @@ def _lap_us(table: dict[int, tuple[int, int]]) -> int:
     return span_us + span_us // max(1, len(stamps) - 1)
 
 
-def _read_stamps(path: Path) -> dict[int, tuple[int, int]]:
+def read_stamps(folder: Path) -> dict[int, tuple[int, int]]:
+    """Time stamps of both cameras by frame, µs, of a recording's `timestamps.csv`; none without that file.
+
+    Raises
+    ------
+    CameraError
+        The file is no table of whole numbers, or one is too large.
+    """
+    path = folder / STAMPS_FILE
+    if not path.is_file():
+        return {}
     try:
-        with path.open(newline="", encoding="utf-8") as file:
+        with path.open(newline="", encoding="utf-8-sig") as file:
             rows = list(csv.DictReader(file))
         return {int(row["frame"]): (int(row["left_us"]), int(row["right_us"])) for row in rows}
     except (OSError, ValueError, KeyError, TypeError, csv.Error) as error:

@@ -8,9 +8,6 @@ from appliance.capture.picture_writer import write_document
 from vision.calibration.checkerboard import Board
 
 BOARD_FILE = "board.json"
-PRINT_U = 0.001  # of a square, unless told: a ruler of 400 mm read to 0.4 mm
-HEIGHT_U_MM = 0.5  # unless told
-UNTOLD_HEIGHTS = {"low_mm": 0.0, "high_mm": 100.0}  # used by nothing before there are registration pictures
 
 
 def board_of(folder: Path, told: dict[str, object]) -> Board:
@@ -37,10 +34,8 @@ def board_of(folder: Path, told: dict[str, object]) -> Board:
     missing = [key for key in ("squares", "square_mm") if key not in document]
     if missing:
         raise CaptureError(f"{path}: {' and '.join(missing)} are not known; give --squares 8x5 --mm 50, as printed")
-    document.setdefault("square_u_mm", PRINT_U * float(str(document["square_mm"])))
-    document.setdefault("height_u_mm", HEIGHT_U_MM)
     try:
-        board = Board.from_json(json.dumps(UNTOLD_HEIGHTS | document))
+        board = Board.from_json(json.dumps(document))
     except ValueError as error:
         raise CaptureError(f"{path}: {error}") from error
     if document != stored:

@@ -43,7 +43,7 @@ def _add_board(kind: argparse.ArgumentParser) -> None:
     _add_folder(kind, "rig folder, for `hotgauge calibrate`; what it holds already stays")
     kind.add_argument("--squares", type=squares, metavar="8x5", help="squares of the board, unless board.json says so")
     kind.add_argument("--mm", type=float, metavar="MM", help="side of a square as you measured it on the print")
-    kind.add_argument("--u-mm", type=float, metavar="MM", help="its standard uncertainty; 0.1 %% unless given")
+    kind.add_argument("--u-mm", type=float, metavar="MM", help="its standard uncertainty, if you know it")
 
 
 def _add_boards(kind: argparse.ArgumentParser) -> None:
@@ -57,7 +57,7 @@ def _add_registration(kind: argparse.ArgumentParser) -> None:
     kind.add_argument("--height", choices=HEIGHTS, help="take this one now; without: both, each when you press Enter")
     for name in HEIGHTS:
         kind.add_argument(f"--{name}-mm", type=float, metavar="MM", help=f"{name} board's face above the rollers")
-    kind.add_argument("--height-u-mm", type=float, metavar="MM", help="standard uncertainty of both; 0.5 unless given")
+    kind.add_argument("--height-u-mm", type=float, metavar="MM", help="standard uncertainty of both")
 
 
 def _add_references(kind: argparse.ArgumentParser) -> None:

@@ -60,8 +60,8 @@ def test_a_sheet_holds_the_board_its_white_margin_and_its_rulers(squares, mm):
     ("words", "said"),
     [
         (["--squares", "8"], "is no number of squares; give it as 8x5"),
-        (["--squares", "5x5"], "more along one side than along the other"),
-        (["--squares", "8x2"], "give 3 to 100 squares"),
+        (["--squares", "3x3"], "at least 4 along one of them, such as 8x5"),
+        (["--squares", "8x2"], "give 3 to 100 squares along a side"),
         (["--mm", "0"], "give the side of a square, 2 to 1000 mm"),
         (["--mm", "nan"], "give the side of a square, 2 to 1000 mm"),
         (["--squares", "90x80", "--mm", "100"], "the sheet would be 9210 mm wide"),
