@@ -75,10 +75,10 @@ def sheet_of(squares: tuple[int, int], square_mm: float) -> Sheet:
         Too few or too many squares, or a size that cannot be printed.
     """
     short, long = sorted(squares)
-    if not (LEAST_SQUARES <= short and LEAST_SQUARES < long <= MOST_SQUARES):
+    if not (short >= LEAST_SQUARES and LEAST_SQUARES < long <= MOST_SQUARES):
         raise CommandError(
-            f"--squares {squares[0]}x{squares[1]}: give {LEAST_SQUARES} to {MOST_SQUARES} squares along a side, at least "
-            f"{LEAST_SQUARES + 1} along one of them, such as 8x5"
+            f"--squares {squares[0]}x{squares[1]}: give {LEAST_SQUARES} to {MOST_SQUARES} squares along a side, at "
+            f"least {LEAST_SQUARES + 1} along one of them, such as 8x5"
         )
     if not LEAST_MM <= square_mm <= MOST_MM:
         raise CommandError(f"--mm {square_mm:g}: give the side of a square, {LEAST_MM:g} to {MOST_MM:g} mm")
