@@ -26,12 +26,15 @@ UNKNOWN_HEIGHT_MM, U_UNKNOWN_HEIGHT_MM = 50.0, 35.0  # height of the edge that i
 U_TILT_RAD = np.radians(5.0) / np.sqrt(3)  # of a camera that was pointed along the line by eye, within 5 degrees
 # Bounds of the fit of a barrier's foot: place px, slope px, light of face and of top, level of the conveyor.
 LEAST_FOOT_VALUES, MOST_FOOT_VALUES = (-6.0, -2.0, 0.0, 0.0, -0.1), (3.0, 2.0, 2.0, 2.0, 0.1)
+LEAST_U_ACROSS_SHARE = 0.005  # chosen: of W, least doubt in the camera's place while its height is fitted
 MOST_ACROSS_SHARE = 0.45  # chosen: a camera that sees both inner faces hangs at most 45 % of W off the middle
 MOST_FACTOR = 2.0  # chosen: the fit may change the distance of a barrier's two edges by this factor
 RESOLVED_BLURS = 1.0  # chosen: a face narrower than the blur looks like one step with more blur, and is not fitted
 PROFILE_NOISE = 0.002  # chosen: noise of mean profiles, over full scale
 CORRELATED_SAMPLES = 1 / 0.25  # samples per pixel: neighbours share their noise
 BAND_COUNT = 12  # chosen: bands of rows whose mean profiles are fitted
+U_BARRIER_HEIGHT_MM, U_CAMERA_HEIGHT_MM = 1.0, 10.0  # chosen: of heights measured with a tape
+DISAGREE_SIGMAS = 3.0  # chosen: faces whose camera height is further off, in standard uncertainties, are no walls
 DARK_OFFSET_PX = 5.0  # chosen: this far inwards of a barrier's edge a pixel surely shows the conveyor
 
 
@@ -208,6 +211,44 @@ def conveyor_view(
         view = replace(view, above_plane_mm=top_mm * (1 + 1 / feet.part), u_height=feet.u_part)
     across_mm, u_across_mm = (share * reference.spacing_mm for share in (feet.across, feet.u_across))
     return replace(view, across_mm=across_mm, u_across_mm=u_across_mm)
+
+
+def faces_disagree(barriers: Barriers, reference: ConveyorReference, view: ConveyorView) -> bool:
+    """Whether the barriers' faces are too narrow or too wide for walls of that height, seen by that camera.
+
+    A face that reaches down to the conveyor tells the camera's height. That of a barrier that hangs shows narrower, as
+    from a higher camera; so does that of a barrier which is lower than was said.
+
+    Parameters
+    ----------
+    barriers : Barriers
+    reference : ConveyorReference
+    view : ConveyorView
+        As `conveyor_view` gives it.
+
+    Returns
+    -------
+    bool
+        False where the faces were not fitted: then the barriers' edges are taken to be at any height.
+    """
+    top_mm = reference.barrier_height_mm
+    if top_mm is None or view.u_width_px == 0:
+        return False
+    if reference.camera_height_mm is not None:
+        part = top_mm / (reference.camera_height_mm - top_mm)
+        place, u_place = (value / reference.spacing_mm for value in (view.across_mm, view.u_across_mm))
+        feet = _feet(barriers, part, place, max(u_place, LEAST_U_ACROSS_SHARE), free=True)
+        seen_mm, u_seen = top_mm * (1 + 1 / feet.part), feet.u_part
+        low_mm = high_mm = reference.camera_height_mm
+    else:
+        seen_mm, u_seen = view.camera_height_mm, view.u_height
+        shares = [FOCAL_SHARE + sign * np.sqrt(3) * U_FOCAL_SHARE for sign in (-1, 1)]
+        low_mm, high_mm = (
+            _of_lines(barriers, barriers.lines, reference, 0.0, share).camera_height_mm for share in shares
+        )
+    known = [seen_mm * u_seen, seen_mm * U_BARRIER_HEIGHT_MM / top_mm, U_CAMERA_HEIGHT_MM]
+    most_mm = DISAGREE_SIGMAS * float(np.linalg.norm(known))
+    return not low_mm - most_mm <= seen_mm <= high_mm + most_mm
 
 
 def _of_lines(
