@@ -9,6 +9,7 @@ from appliance.cameras.recording.pictures import PictureRecording
 from appliance.files.atomic_file import whole_file
 from appliance.files.row_writer import Row, Value, row_writer
 from appliance.ingot.annotated_pictures import Plot
+from appliance.ingot.learning import Confirmation, Learning
 from appliance.ingot.reader_setup import decision_rule, load_view, make_reader
 from appliance.ingot.settings import IngotSettings
 from vision.ingot.sequential_decision import IngotDecision, IngotFollower
@@ -20,7 +21,13 @@ COLUMNS: tuple[str, ...] = tuple(dict.fromkeys(("frame", *FRAME_FIELDS, *INGOT_F
 
 
 def orient_recording(
-    recording: Path, references: Path, output: Path, settings: IngotSettings, plot: Path | None = None
+    recording: Path,
+    references: Path,
+    output: Path,
+    settings: IngotSettings,
+    *,
+    plot: Path | None = None,
+    learn: Confirmation | None = None,
 ) -> None:
     """Read every picture of a recording; the output appears whole or not at all.
 
@@ -36,6 +43,8 @@ def orient_recording(
         Classifier, limits, regions and rule of decision.
     plot : Path or None
         Folder for annotated frames and a strip of the ends.
+    learn : {"agreement", "top", "bottom"}, optional
+        Learn references from ingots whose pictures agree, or that an operator says are all of one kind.
 
     Raises
     ------
@@ -49,6 +58,7 @@ def orient_recording(
     view = load_view(references)
     frames = PictureRecording(recording)
     pictures = Plot(plot) if plot is not None else None
+    learning = Learning(references, settings.classifier, learn) if learn is not None else None
     with whole_file(output) as file:
         write = row_writer(output, file, COLUMNS)
         follower = IngotFollower(decision_rule(settings.decision))
@@ -59,6 +69,8 @@ def orient_recording(
             write(frame_row(frame, reading))
             for decision in follower.add(frame, reading):
                 write(ingot_row(decision))
+            if learning is not None and learning.add(frame, picture, reading, follower.current):
+                view, reader = load_view(references), None
             if pictures is not None:
                 pictures.add(frame, picture, reading, follower.current)
         for decision in follower.end():

@@ -7,9 +7,8 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from appliance.cameras.recording.picture_file import read_picture
-from appliance.cameras.source import CameraError
 from appliance.errors import HotgaugeError
+from appliance.ingot.learned_references import LearnedReferencesError, current_number, pair
 from appliance.ingot.settings import IngotDecisionSettings, IngotLimits, IngotSettings
 from vision.ingot.end_finder import Box, EndFinder, EndLimits
 from vision.ingot.orientation_reader import IngotView, OrientationReader, References
@@ -28,7 +27,7 @@ class ReferencesError(HotgaugeError):
 
 
 def load_view(folder: Path) -> IngotView:
-    """Read `top.png`, `bottom.png` and, if it is there, `roi.json`.
+    """Read the references in use, those of `top.png` and `bottom.png` unless others were learned, and `roi.json`.
 
     Raises
     ------
@@ -36,8 +35,8 @@ def load_view(folder: Path) -> IngotView:
         A file is missing, unreadable or malformed.
     """
     try:
-        top, bottom = (read_picture(folder / name).shown for name in ("top.png", "bottom.png"))
-    except CameraError as error:
+        top, bottom = pair(folder, current_number(folder))
+    except LearnedReferencesError as error:
         raise ReferencesError(f"{error}; references are top.png and bottom.png") from error
     return IngotView(References(top, bottom), *_regions(folder / "roi.json"))
 

@@ -107,6 +107,10 @@ class IngotSettings(Section):
     classifier: ClassifierName = Field(
         default="relief", description="How one picture is judged; dual and single are those of the dissertation"
     )
+    learn: bool = Field(
+        default=False,
+        description="Keep better references from ingots whose pictures agree, in the folder learned of references",
+    )
     crop: Box = Field(default=[], description="Part of the picture that is looked at; []: as roi.json says")
     centroid: Box = Field(
         default=[], description="Where the middle of an ingot on the line may be; []: as roi.json says"
