@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from appliance.training.rendered_ends import RenderedLine, rendered_line
+from appliance.simulation.ingots.line import FaceKind
+from appliance.training.rendered_ends import SHARES_OF_KINDS, RenderedLine, rendered_line
 from vision.ingot.classifiers.relief import CONVOLUTIONS, MODEL, PLANES, STRIDE, relief
 
 Array = NDArray[np.float32]
@@ -22,8 +23,8 @@ Layers = list[tuple[Array, Array]]
 Rng = np.random.Generator
 
 SEED = 777  # no study draws faces from it
-LINES, FACES, VIEWS = 3000, 6, 2
-STEPS, LINES_A_BATCH, ENDS_A_LINE = 5000, 32, 3
+LINES, FACES, VIEWS = 2200, 6, 2
+STEPS, LINES_A_BATCH, ENDS_A_LINE = 3000, 24, 5
 SIDES, CHANNELS, HIDDEN = (5, 3, 3, 3), (PLANES, 16, 32, 48, 64), 48
 RATE, DECAY, MOMENTS, LEAST_MOMENT = 3e-3, 1e-4, (0.9, 0.999), 1e-8
 CERTAINTY = 0.99  # of labels: a face may be blurred beyond recognition
@@ -54,19 +55,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--lines", type=int, default=LINES)
     parser.add_argument("--steps", type=int, default=STEPS)
+    parser.add_argument("--without", choices=tuple(SHARES_OF_KINDS), help="kind of faces that is left out")
     parser.add_argument("--output", type=Path, default=MODEL)
     given = parser.parse_args()
-    layers = trained(drawn(given.lines), given.steps)
+    layers = trained(drawn(given.lines, given.without), given.steps)
     arrays = {
         f"{kind}{number}": one for number, pair in enumerate(layers) for kind, one in zip("Wb", pair, strict=True)
     }
     np.savez(given.output, allow_pickle=False, **arrays)
 
 
-def drawn(lines: int) -> list[RenderedLine]:
-    """Lines to train on."""
+def drawn(lines: int, without: FaceKind | None = None) -> list[RenderedLine]:
+    """Lines to train on, perhaps without one kind of faces."""
     rng = np.random.default_rng(SEED)
-    return [rendered_line(rng, FACES, VIEWS) for _ in tqdm(range(lines), unit="line", disable=None)]
+    return [rendered_line(rng, FACES, VIEWS, without) for _ in tqdm(range(lines), unit="line", disable=None)]
 
 
 def first_layers(rng: Rng) -> Layers:

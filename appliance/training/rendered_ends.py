@@ -1,8 +1,8 @@
 """Ends of ingots as pictures of 64 x 64, rendered without a mill: `ingot_relief` trains on them.
 
-They are drawn a line at a time: its camera, the ends that serve as its references, and others. Faces are those of our
-own line and of other mills (the third kind of the simulation, `cast_faces.py`, is kept for judging), under more
-blemishes still, beside a body and a dark line. Nothing but wrinkled skin depends on the label.
+They are drawn a line at a time: its camera, the ends that serve as its references, and others. Faces are of the three
+kinds of the simulation, under more blemishes still, beside a body and a dark line. Nothing but wrinkled skin depends on
+the label.
 """
 
 import math
@@ -12,14 +12,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from appliance.simulation.ingots.cast_faces import cast_face
 from appliance.simulation.ingots.faces import FACE_CELLS, LABELS, TYPICAL, Label, Rng, face, random_looks
 from appliance.simulation.ingots.foreign_faces import foreign_face, no_stronger
+from appliance.simulation.ingots.line import FaceKind
 from vision.ingot.classifiers.similarity import SIZE
 
 Plane = NDArray[np.float32]
 Picture = NDArray[np.uint8]
 
-SHARE_OF_FOREIGN_LINES = 0.6
+SHARES_OF_KINDS: dict[FaceKind, float] = {"own": 0.35, "foreign": 0.4, "cast": 0.25}
 SHARE_OF_EQUAL_TOPS = 0.25  # of the lines: their reference shows the pattern of one of their tops
 LEAST_VISIBILITY = 0.5  # least relief of a top, in standard deviations of the camera's noise
 CODES_PER_LOG = 60.0  # grey values to one natural logarithm of light, at the usual exposure
@@ -88,7 +90,7 @@ def random_camera(rng: Rng) -> Camera:
     )
 
 
-def rendered_line(rng: Rng, faces: int, views: int) -> RenderedLine:
+def rendered_line(rng: Rng, faces: int, views: int, without: FaceKind | None = None) -> RenderedLine:
     """A line of any mill.
 
     Parameters
@@ -98,22 +100,34 @@ def rendered_line(rng: Rng, faces: int, views: int) -> RenderedLine:
         Ends beside the references, half of them tops.
     views : int
         Pictures of each.
+    without : {"own", "foreign", "cast"}, optional
+        Kind of faces that is left out, to judge what was learned by it.
     """
-    camera, foreign = random_camera(rng), bool(rng.random() < SHARE_OF_FOREIGN_LINES)
-    lights = [random_face(LABELS[number % 2], camera, rng, foreign=foreign) for number in range(faces)]
-    if rng.random() < SHARE_OF_EQUAL_TOPS:
-        first = lights[0]
-    elif foreign:
-        first = foreign_face("top", rng)
-    else:
-        first = face(TYPICAL["top"], rng)
-    second = foreign_face("bottom", rng) if foreign else face(TYPICAL["bottom"], rng)
-    references = np.array([rendered_end(light, camera, rng) for light in (first, second)])
+    kinds = [kind for kind in SHARES_OF_KINDS if kind != without]
+    shares = np.array([SHARES_OF_KINDS[kind] for kind in kinds])
+    camera, kind = random_camera(rng), kinds[int(rng.choice(len(kinds), p=shares / shares.sum()))]
+    lights = [random_face(LABELS[number % 2], camera, rng, kind) for number in range(faces)]
+    first = lights[0] if rng.random() < SHARE_OF_EQUAL_TOPS else _typical_face("top", rng, kind)
+    references = np.array([rendered_end(light, camera, rng) for light in (first, _typical_face("bottom", rng, kind))])
     ends = np.array([rendered_end(light, camera, rng) for light in lights for _ in range(views)])
     return RenderedLine(references, ends, np.repeat(np.arange(faces) % 2 == 0, views))
 
 
-def random_face(label: Label, camera: Camera, rng: Rng, *, foreign: bool) -> Plane:
+def _typical_face(label: Label, rng: Rng, kind: FaceKind) -> Plane:
+    return face(TYPICAL[label], rng) if kind == "own" else _face(label, rng, kind)
+
+
+def _face(label: Label, rng: Rng, kind: FaceKind) -> Plane:
+    match kind:
+        case "own":
+            return face(random_looks(label, rng), rng)
+        case "foreign":
+            return foreign_face(label, rng)
+        case "cast":
+            return cast_face(label, rng)
+
+
+def random_face(label: Label, camera: Camera, rng: Rng, kind: FaceKind) -> Plane:
     """Relative light of a face on which that camera can see whether it is a top.
 
     Parameters
@@ -121,8 +135,7 @@ def random_face(label: Label, camera: Camera, rng: Rng, *, foreign: bool) -> Pla
     label : {"top", "bottom"}
     camera : Camera
     rng : numpy.random.Generator
-    foreign : bool
-        Whether it is another mill's.
+    kind : {"own", "foreign", "cast"}
 
     Returns
     -------
@@ -130,7 +143,7 @@ def random_face(label: Label, camera: Camera, rng: Rng, *, foreign: bool) -> Pla
     """
     light = np.ones((FACE_CELLS, FACE_CELLS), np.float32)
     for _ in range(TRIES):
-        light = foreign_face(label, rng) if foreign else face(random_looks(label, rng), rng)
+        light = _face(label, rng, kind)
         if label == "bottom" or _visibility(light, camera) > LEAST_VISIBILITY:
             break
     blemishes = soft_blemishes(rng)
@@ -165,7 +178,7 @@ def rendered_end(light: Plane, camera: Camera, rng: Rng) -> Picture:
     scene = _scene(light / max(1e-6, float(light.mean())), camera, rng)
     blur_px = camera.blur_px * rng.uniform(0.85, 1.15)
     scene = np.asarray(cv2.GaussianBlur(scene, (0, 0), blur_px), np.float32)
-    peak = camera.peak * (rng.uniform(0.7, 1.4) if rng.random() < 0.8 else rng.uniform(1.4, 2.3))
+    peak = camera.peak * (rng.uniform(0.7, 1.4) if rng.random() < 0.8 else rng.uniform(1.4, 2.0))
     return _coded(np.maximum(scene * np.float32(peak) + np.float32(rng.uniform(0, 0.04)), 0), camera, rng)
 
 

@@ -45,7 +45,7 @@ class Habits:
         Ingots on the line at the same time.
     faces : {"own", "foreign", "cast"}
         Whose ends they are, those of the references too: our mill's (`faces.py`), others' (`foreign_faces.py`), or
-        those no classifier is trained on (`cast_faces.py`).
+        drawn as their geometry shows them (`cast_faces.py`).
     """
 
     ingots: bool = True

@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from appliance.simulation.ingots.cast_faces import cast_face
-from appliance.simulation.ingots.faces import LABELS
 from appliance.training.ingot_relief import Batch, batch_of, first_layers, loss_and_slopes, trained
-from appliance.training.rendered_ends import RenderedLine, random_camera, rendered_end, rendered_line
+from appliance.training.rendered_ends import RenderedLine, rendered_line
 from vision.ingot.classifiers.classifier import Face
 from vision.ingot.classifiers.relief import ReliefOdds, relief
 
@@ -57,17 +55,6 @@ def test_the_network_that_is_shipped_tells_ends_of_lines_it_has_not_seen():
         line = rendered_line(np.random.default_rng([424242, number]), faces=6, views=1)
         judge = ReliefOdds(*line.references)
         right += [(log_odds(judge, end) > 0) == top for end, top in zip(line.ends, line.tops, strict=True)]
-    assert np.mean(right) >= 0.9
-
-
-def test_the_network_that_is_shipped_tells_ends_of_a_kind_it_was_not_trained_on():
-    right = []
-    for number in range(12):
-        rng = np.random.default_rng([434343, number])
-        camera = random_camera(rng)
-        *references, top, bottom = (rendered_end(cast_face(label, rng), camera, rng) for label in LABELS * 2)
-        judge = ReliefOdds(*references)
-        right += [log_odds(judge, top) > 0, log_odds(judge, bottom) < 0]
     assert np.mean(right) >= 0.9
 
 

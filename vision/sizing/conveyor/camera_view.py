@@ -29,6 +29,8 @@ LEAST_FOOT_VALUES, MOST_FOOT_VALUES = (-6.0, -2.0, 0.0, 0.0, -0.1), (3.0, 2.0, 2
 LEAST_U_ACROSS_SHARE = 0.005  # chosen: of W, least doubt in the camera's place while its height is fitted
 MOST_ACROSS_SHARE = 0.45  # chosen: a camera that sees both inner faces hangs at most 45 % of W off the middle
 MOST_FACTOR = 2.0  # chosen: the fit may change the distance of a barrier's two edges by this factor
+LEAST_STEP_SHARE = 0.15  # chosen: with a weaker second step of light nobody can say which edge the other one is
+MOST_MISFIT_RATIO = 1.35  # chosen: own lines' misfit falls by less when the faces' width is fitted as well
 RESOLVED_BLURS = 1.0  # chosen: a face narrower than the blur looks like one step with more blur, and is not fitted
 PROFILE_NOISE = 0.002  # chosen: noise of mean profiles, over full scale
 CORRELATED_SAMPLES = 1 / 0.25  # samples per pixel: neighbours share their noise
@@ -203,7 +205,7 @@ def conveyor_view(
     u_across = view.u_across_mm / reference.spacing_mm
     part = top_mm / (view.camera_height_mm - top_mm)
     feet = _feet(barriers, part, across, u_across, free=reference.camera_height_mm is None)
-    if feet.face_px < RESOLVED_BLURS * feet.blur_px:
+    if feet.face_px < RESOLVED_BLURS * feet.blur_px or feet.weaker_step < LEAST_STEP_SHARE:
         view = _of_lines(barriers, barriers.lines, reference, top_mm / 2, focal_share)
         return replace(view, u_plane_mm=top_mm / np.sqrt(12))
     view = replace(_of_lines(barriers, feet.lines, reference, 0.0, focal_share), u_width_px=feet.u_width_px)
@@ -237,7 +239,11 @@ def faces_disagree(barriers: Barriers, reference: ConveyorReference, view: Conve
     if reference.camera_height_mm is not None:
         part = top_mm / (reference.camera_height_mm - top_mm)
         place, u_place = (value / reference.spacing_mm for value in (view.across_mm, view.u_across_mm))
-        feet = _feet(barriers, part, place, max(u_place, LEAST_U_ACROSS_SHARE), free=True)
+        told, feet = (
+            _feet(barriers, part, place, max(u_place, LEAST_U_ACROSS_SHARE), free=free) for free in (False, True)
+        )
+        if told.misfit > MOST_MISFIT_RATIO * feet.misfit:
+            return True
         seen_mm, u_seen = top_mm * (1 + 1 / feet.part), feet.u_part
         low_mm = high_mm = reference.camera_height_mm
     else:
@@ -282,7 +288,8 @@ class _Feet:
     """Lines of the inner faces' feet, and the camera's place by the faces' widths, with standard uncertainties.
 
     The faces together are `part` of the barriers' distance wide; `across` is the place of the middle between the
-    barriers from straight below the camera, over their distance. `face_px` is the mean width of a face.
+    barriers from straight below the camera, over their distance. `face_px` is the mean width of a face,
+    `weaker_step` the weaker of a barrier's two steps of light over their sum, on the side where it is weaker.
     """
 
     lines: Array
@@ -293,6 +300,8 @@ class _Feet:
     u_across: float
     face_px: float
     blur_px: float
+    weaker_step: float
+    misfit: float
 
 
 def _feet(barriers: Barriers, part: float, across: float, u_across: float, *, free: bool) -> _Feet:
@@ -330,6 +339,8 @@ def _feet(barriers: Barriers, part: float, across: float, u_across: float, *, fr
         u_across=u_place,
         face_px=float(found.x[0]) * float(np.mean([side.apart_px.mean() for side in sides])) / 2,
         blur_px=float(found.x[2]),
+        weaker_step=min(float(min(one) / (sum(one) or 1.0)) for one in found.x[common:].reshape(2, n)[:, 2:4].tolist()),
+        misfit=float(found.cost),
     )
 
 
