@@ -24,10 +24,9 @@ Rng = np.random.Generator
 
 SEED = 777  # no study draws faces from it
 LINES, FACES, VIEWS = 2200, 6, 2
-STEPS, LINES_A_BATCH, ENDS_A_LINE = 3000, 24, 5
+STEPS, LINES_A_BATCH, ENDS_A_LINE = 2200, 24, 5
 SIDES, CHANNELS, HIDDEN = (5, 3, 3, 3), (PLANES, 16, 32, 48, 64), 48
 RATE, DECAY, MOMENTS, LEAST_MOMENT = 3e-3, 1e-4, (0.9, 0.999), 1e-8
-CERTAINTY = 0.99  # of labels: a face may be blurred beyond recognition
 SHARE_OF_WRONG_REFERENCES = 0.1  # of the ends: compared with another line's
 
 
@@ -149,9 +148,8 @@ def loss_and_slopes(layers: Layers, batch: Batch) -> tuple[float, list[Array]]:
     compared = np.concatenate([of_end, of_end - found[batch.top], of_end - found[batch.bottom]], axis=1)
     inner = np.maximum(compared @ hidden[0] + hidden[1], 0)
     odds = (inner @ last[0] + last[1])[:, 0]
-    wanted = batch.labels * CERTAINTY + (1 - CERTAINTY) / 2
-    loss = float(np.mean(np.logaddexp(0, odds) - wanted * odds))
-    back = ((1 / (1 + np.exp(-odds)) - wanted) / len(odds))[:, None]
+    loss = float(np.mean(np.logaddexp(0, odds) - batch.labels * odds))
+    back = ((1 / (1 + np.exp(-odds)) - batch.labels) / len(odds))[:, None]
     slopes = [inner.T @ back, back.sum(axis=0)]
     back = (back @ last[0].T) * (inner > 0)
     slopes = [compared.T @ back, back.sum(axis=0), *slopes]

@@ -23,6 +23,7 @@ Picture = NDArray[np.uint8]
 
 SHARES_OF_KINDS: dict[FaceKind, float] = {"own": 0.35, "foreign": 0.4, "cast": 0.25}
 SHARE_OF_EQUAL_TOPS = 0.25  # of the lines: their reference shows the pattern of one of their tops
+SHARE_OF_HARD_BOTTOMS = 0.5  # their blemishes are drawn twice
 LEAST_VISIBILITY = 0.5  # least relief of a top, in standard deviations of the camera's noise
 CODES_PER_LOG = 60.0  # grey values to one natural logarithm of light, at the usual exposure
 TRIES = 20
@@ -149,7 +150,7 @@ def random_face(label: Label, camera: Camera, rng: Rng, kind: FaceKind) -> Plane
     blemishes = soft_blemishes(rng)
     if label == "top":
         return no_stronger(light, blemishes)
-    return light * blemishes
+    return light * blemishes * (soft_blemishes(rng) if rng.random() < SHARE_OF_HARD_BOTTOMS else 1)
 
 
 def _visibility(light: Plane, camera: Camera) -> float:

@@ -1,9 +1,9 @@
 """References that follow the line: an ingot whose end is confirmed may become the reference of its kind.
 
 A confirmed ingot is tried in place of the reference of its kind. It stays if the pair then judges the ingots that were
-confirmed last clearly better than before, and still judges the commissioned references right. Some of the worst judged
-ingots do not count, so that a wrong confirmation now and then changes nothing: as a reference it would judge the others
-worse, and among the others it is left out.
+confirmed last clearly better than before, and still takes the commissioned top for more of a top than the commissioned
+bottom. Some of the worst judged ingots do not count, so that a wrong confirmation now and then changes nothing: as a
+reference it would judge the others worse, and among the others it is left out.
 """
 
 from collections import deque
@@ -96,7 +96,7 @@ class ReferenceLearner:
         judge = _Judge(self._classifier, tried)
         if self._loss(judge) > self._loss(_Judge(self._classifier, self.current)) - self._rule.gain:
             return False
-        if judge.log_odds(self._commissioned[0]) <= 0 or judge.log_odds(self._commissioned[1]) >= 0:
+        if judge.log_odds(self._commissioned[0]) <= judge.log_odds(self._commissioned[1]):
             return False
         self.current = tried
         return True

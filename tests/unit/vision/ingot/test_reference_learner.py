@@ -39,9 +39,8 @@ def test_references_follow_a_new_camera():
     learner = ReferenceLearner((first, second), (first, second), "dual")
     before = accuracy(learner.current, seen[40:])
     changed = [learner.add(image, is_top=is_top) for image, is_top in seen[:40]]
-    assert any(changed)
-    assert not all(changed)
-    assert accuracy(learner.current, seen[40:]) >= max(before, 0.85)
+    assert 0 < sum(changed) < 20
+    assert accuracy(learner.current, seen[40:]) >= before + 0.1
 
 
 @pytest.mark.parametrize("seed", range(3))
