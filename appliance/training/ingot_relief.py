@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from appliance.simulation.ingots.line import FaceKind
-from appliance.training.rendered_ends import SHARES_OF_KINDS, RenderedLine, rendered_line
+from appliance.training.rendered_ends import RenderedLine, rendered_line
 from vision.ingot.classifiers.relief import CONVOLUTIONS, MODEL, PLANES, STRIDE, relief
 
 Array = NDArray[np.float32]
@@ -23,11 +22,36 @@ Layers = list[tuple[Array, Array]]
 Rng = np.random.Generator
 
 SEED = 777  # no study draws faces from it
-LINES, FACES, VIEWS = 2200, 6, 2
-STEPS, LINES_A_BATCH, ENDS_A_LINE = 2200, 24, 5
+FACES, VIEWS = 6, 2
+LINES_A_BATCH, ENDS_A_LINE = 24, 5
 SIDES, CHANNELS, HIDDEN = (5, 3, 3, 3), (PLANES, 16, 32, 48, 64), 48
-RATE, DECAY, MOMENTS, LEAST_MOMENT = 3e-3, 1e-4, (0.9, 0.999), 1e-8
+DECAY, MOMENTS, LEAST_MOMENT = 1e-4, (0.9, 0.999), 1e-8
+CERTAINTY = 0.99  # of labels: a face may be blurred beyond recognition
 SHARE_OF_WRONG_REFERENCES = 0.1  # of the ends: compared with another line's
+
+
+class Stage(NamedTuple):
+    """Lines that are drawn, and how the network learns from them.
+
+    Attributes
+    ----------
+    lines : int
+    hard : bool
+        As for `rendered_line`.
+    rate : float
+        First rate of learning, which falls along half a cosine.
+    steps, falling_steps : int
+        Steps that are made, and those over which the rate would fall to 0.
+    """
+
+    lines: int
+    hard: bool
+    rate: float
+    steps: int
+    falling_steps: int
+
+
+STAGES = (Stage(1500, False, 3e-3, 1500, 2000), Stage(500, True, 6e-4, 500, 500))
 
 
 class Batch(NamedTuple):
@@ -52,22 +76,26 @@ class Batch(NamedTuple):
 def main() -> None:
     """Draw, train, write the model."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--lines", type=int, default=LINES)
-    parser.add_argument("--steps", type=int, default=STEPS)
-    parser.add_argument("--without", choices=tuple(SHARES_OF_KINDS), help="kind of faces that is left out")
+    parser.add_argument(
+        "--stages", type=int, default=len(STAGES), choices=(1, 2), help="after 1 it saw no shaded geometry"
+    )
     parser.add_argument("--output", type=Path, default=MODEL)
     given = parser.parse_args()
-    layers = trained(drawn(given.lines, given.without), given.steps)
+    generators = [np.random.default_rng(SEED + number) for number in range(given.stages)]
+    layers = first_layers(generators[0])
+    for number, (stage, rng) in enumerate(zip(STAGES, generators, strict=False)):
+        train(layers, drawn(stage, SEED + number), stage, rng)
     arrays = {
         f"{kind}{number}": one for number, pair in enumerate(layers) for kind, one in zip("Wb", pair, strict=True)
     }
     np.savez(given.output, allow_pickle=False, **arrays)
 
 
-def drawn(lines: int, without: FaceKind | None = None) -> list[RenderedLine]:
-    """Lines to train on, perhaps without one kind of faces."""
-    rng = np.random.default_rng(SEED)
-    return [rendered_line(rng, FACES, VIEWS, without) for _ in tqdm(range(lines), unit="line", disable=None)]
+def drawn(stage: Stage, seed: int) -> list[RenderedLine]:
+    """Lines of a stage."""
+    rng = np.random.default_rng(seed)
+    lines = tqdm(range(stage.lines), unit="line", disable=None)
+    return [rendered_line(rng, FACES, VIEWS, hard=stage.hard) for _ in lines]
 
 
 def first_layers(rng: Rng) -> Layers:
@@ -78,32 +106,27 @@ def first_layers(rng: Rng) -> Layers:
     return [(weights.astype(np.float32), np.zeros(weights.shape[-1], np.float32)) for weights in scaled]
 
 
-def trained(lines: list[RenderedLine], steps: int = STEPS) -> Layers:
-    """Layers that tell tops from bottoms.
+def train(layers: Layers, lines: list[RenderedLine], stage: Stage, rng: Rng) -> None:
+    """Change layers so that they tell tops from bottoms.
 
     Parameters
     ----------
+    layers : list of (weights, bias)
     lines : list of RenderedLine
-    steps : int
-
-    Returns
-    -------
-    list of (weights, bias)
+    stage : Stage
+    rng : numpy.random.Generator
     """
-    rng = np.random.default_rng(SEED)
-    layers = first_layers(rng)
     parameters = [one for pair in layers for one in pair]
     first, second = ([np.zeros_like(one) for one in parameters] for _ in range(2))
-    for step in tqdm(range(steps), unit="step", disable=None):
+    for step in tqdm(range(stage.steps), unit="step", disable=None):
         _, slopes = loss_and_slopes(layers, batch_of(lines, rng))
-        rate = RATE * 0.5 * (1 + np.cos(np.pi * step / steps))
+        rate = stage.rate * 0.5 * (1 + np.cos(np.pi * step / stage.falling_steps))
         for number, slope in enumerate(slopes):
             first[number] += (1 - MOMENTS[0]) * (slope - first[number])
             second[number] += (1 - MOMENTS[1]) * (slope**2 - second[number])
             unbiased = first[number] / (1 - MOMENTS[0] ** (step + 1))
             spread = np.sqrt(second[number] / (1 - MOMENTS[1] ** (step + 1))) + LEAST_MOMENT
             parameters[number] -= (rate * (unbiased / spread + DECAY * parameters[number])).astype(np.float32)
-    return layers
 
 
 def batch_of(lines: list[RenderedLine], rng: Rng) -> Batch:
@@ -148,8 +171,9 @@ def loss_and_slopes(layers: Layers, batch: Batch) -> tuple[float, list[Array]]:
     compared = np.concatenate([of_end, of_end - found[batch.top], of_end - found[batch.bottom]], axis=1)
     inner = np.maximum(compared @ hidden[0] + hidden[1], 0)
     odds = (inner @ last[0] + last[1])[:, 0]
-    loss = float(np.mean(np.logaddexp(0, odds) - batch.labels * odds))
-    back = ((1 / (1 + np.exp(-odds)) - batch.labels) / len(odds))[:, None]
+    wanted = batch.labels * CERTAINTY + (1 - CERTAINTY) / 2
+    loss = float(np.mean(np.logaddexp(0, odds) - wanted * odds))
+    back = ((1 / (1 + np.exp(-odds)) - wanted) / len(odds))[:, None]
     slopes = [inner.T @ back, back.sum(axis=0)]
     back = (back @ last[0].T) * (inner > 0)
     slopes = [compared.T @ back, back.sum(axis=0), *slopes]

@@ -21,9 +21,9 @@ from vision.ingot.classifiers.similarity import SIZE
 Plane = NDArray[np.float32]
 Picture = NDArray[np.uint8]
 
-SHARES_OF_KINDS: dict[FaceKind, float] = {"own": 0.35, "foreign": 0.4, "cast": 0.25}
+SHARE_OF_FOREIGN_LINES = 0.6
+SHARE_OF_HARD_CAST_LINES = 0.3  # of the hard lines
 SHARE_OF_EQUAL_TOPS = 0.25  # of the lines: their reference shows the pattern of one of their tops
-SHARE_OF_HARD_BOTTOMS = 0.5  # their blemishes are drawn twice
 LEAST_VISIBILITY = 0.5  # least relief of a top, in standard deviations of the camera's noise
 CODES_PER_LOG = 60.0  # grey values to one natural logarithm of light, at the usual exposure
 TRIES = 20
@@ -91,7 +91,7 @@ def random_camera(rng: Rng) -> Camera:
     )
 
 
-def rendered_line(rng: Rng, faces: int, views: int, without: FaceKind | None = None) -> RenderedLine:
+def rendered_line(rng: Rng, faces: int, views: int, *, hard: bool = False) -> RenderedLine:
     """A line of any mill.
 
     Parameters
@@ -101,17 +101,23 @@ def rendered_line(rng: Rng, faces: int, views: int, without: FaceKind | None = N
         Ends beside the references, half of them tops.
     views : int
         Pictures of each.
-    without : {"own", "foreign", "cast"}, optional
-        Kind of faces that is left out, to judge what was learned by it.
+    hard : bool
+        Whether some lines show shaded geometry, and bottoms get the blemishes of two.
     """
-    kinds = [kind for kind in SHARES_OF_KINDS if kind != without]
-    shares = np.array([SHARES_OF_KINDS[kind] for kind in kinds])
-    camera, kind = random_camera(rng), kinds[int(rng.choice(len(kinds), p=shares / shares.sum()))]
+    camera, kind = random_camera(rng), _random_kind(rng, hard=hard)
     lights = [random_face(LABELS[number % 2], camera, rng, kind) for number in range(faces)]
+    if hard:
+        lights = [light * soft_blemishes(rng) if number % 2 else light for number, light in enumerate(lights)]
     first = lights[0] if rng.random() < SHARE_OF_EQUAL_TOPS else _typical_face("top", rng, kind)
     references = np.array([rendered_end(light, camera, rng) for light in (first, _typical_face("bottom", rng, kind))])
     ends = np.array([rendered_end(light, camera, rng) for light in lights for _ in range(views)])
     return RenderedLine(references, ends, np.repeat(np.arange(faces) % 2 == 0, views))
+
+
+def _random_kind(rng: Rng, *, hard: bool) -> FaceKind:
+    if hard and rng.random() < SHARE_OF_HARD_CAST_LINES:
+        return "cast"
+    return "foreign" if rng.random() < SHARE_OF_FOREIGN_LINES else "own"
 
 
 def _typical_face(label: Label, rng: Rng, kind: FaceKind) -> Plane:
@@ -150,7 +156,7 @@ def random_face(label: Label, camera: Camera, rng: Rng, kind: FaceKind) -> Plane
     blemishes = soft_blemishes(rng)
     if label == "top":
         return no_stronger(light, blemishes)
-    return light * blemishes * (soft_blemishes(rng) if rng.random() < SHARE_OF_HARD_BOTTOMS else 1)
+    return light * blemishes
 
 
 def _visibility(light: Plane, camera: Camera) -> float:
@@ -179,7 +185,7 @@ def rendered_end(light: Plane, camera: Camera, rng: Rng) -> Picture:
     scene = _scene(light / max(1e-6, float(light.mean())), camera, rng)
     blur_px = camera.blur_px * rng.uniform(0.85, 1.15)
     scene = np.asarray(cv2.GaussianBlur(scene, (0, 0), blur_px), np.float32)
-    peak = camera.peak * (rng.uniform(0.7, 1.4) if rng.random() < 0.8 else rng.uniform(1.4, 2.0))
+    peak = camera.peak * (rng.uniform(0.7, 1.4) if rng.random() < 0.8 else rng.uniform(1.4, 2.3))
     return _coded(np.maximum(scene * np.float32(peak) + np.float32(rng.uniform(0, 0.04)), 0), camera, rng)
 
 

@@ -2,12 +2,12 @@
 
 A confirmed ingot is tried in place of the reference of its kind. It stays if the pair then judges the ingots that were
 confirmed last clearly better than before, and still takes the commissioned top for more of a top than the commissioned
-bottom. Some of the worst judged ingots do not count, so that a wrong confirmation now and then changes nothing: as a
-reference it would judge the others worse, and among the others it is left out.
+bottom. While the pair in use judges most ingots well, one that it takes for the other kind becomes no reference, and
+some of the worst judged never count: a wrong confirmation now and then changes nothing.
 """
 
-from collections import deque
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,12 +32,15 @@ class LearningRule:
         Share of the worst judged of each kind that does not count.
     gain : float
         Least fall of the mean cross entropy, natural logarithm, of a pair that is adopted.
+    good : float
+        Mean cross entropy below which the pair in use judges well; a coin's is 0.69.
     """
 
     remembered: int = 12
     least: int = 4
     left_out: float = 0.2
     gain: float = 0.02
+    good: float = 0.3
 
 
 class ReferenceLearner:
@@ -70,9 +73,8 @@ class ReferenceLearner:
         self.current = as_reference(current[0]), as_reference(current[1])
         self._classifier: type[FaceClassifier] = CLASSIFIERS[classifier]
         self._rule = rule or LearningRule()
-        self._confirmed: dict[bool, deque[Picture]] = {
-            is_top: deque(maxlen=self._rule.remembered) for is_top in (True, False)
-        }
+        self._judge = _Judge(self._classifier, self.current)
+        self._confirmed: dict[bool, list[_Confirmed]] = {True: [], False: []}
 
     def add(self, image: Picture, *, is_top: bool) -> bool:
         """Take a confirmed ingot into account.
@@ -88,27 +90,43 @@ class ReferenceLearner:
         bool
             Whether it became the reference of its kind in `current`.
         """
-        self._confirmed[is_top].append(image)
-        if min(len(images) for images in self._confirmed.values()) < self._rule.least:
+        log_odds = self._judge.log_odds(image)
+        kind = [*self._confirmed[is_top], _Confirmed(image, log_odds)]
+        self._confirmed[is_top] = kind[-self._rule.remembered :]
+        if min(len(ingots) for ingots in self._confirmed.values()) < self._rule.least:
+            return False
+        loss = self._loss(self._confirmed)
+        if loss < self._rule.good and (log_odds > 0) != is_top:
             return False
         top, bottom = self.current
         tried = (image, bottom) if is_top else (top, image)
         judge = _Judge(self._classifier, tried)
-        if self._loss(judge) > self._loss(_Judge(self._classifier, self.current)) - self._rule.gain:
+        judged = {
+            kind: [_Confirmed(one.image, judge.log_odds(one.image)) for one in ingots]
+            for kind, ingots in self._confirmed.items()
+        }
+        if self._loss(judged) > loss - self._rule.gain:
             return False
         if judge.log_odds(self._commissioned[0]) <= judge.log_odds(self._commissioned[1]):
             return False
-        self.current = tried
+        self.current, self._judge, self._confirmed = tried, judge, judged
         return True
 
-    def _loss(self, judge: "_Judge") -> float:
+    def _loss(self, confirmed: "dict[bool, list[_Confirmed]]") -> float:
         """Mean cross entropy over the confirmed ingots, both kinds alike, without the worst of each."""
         means: list[float] = []
-        for is_top, images in self._confirmed.items():
+        for is_top, ingots in confirmed.items():
             sign = 1 if is_top else -1
-            losses = np.sort([np.logaddexp(0, -sign * judge.log_odds(image)) for image in images])
+            losses = np.sort([np.logaddexp(0, -sign * one.log_odds) for one in ingots])
             means.append(float(losses[: len(losses) - int(self._rule.left_out * len(losses))].mean()))
         return 0.5 * sum(means)
+
+
+class _Confirmed(NamedTuple):
+    """Picture of a confirmed ingot, and how the pair in use judges it."""
+
+    image: Picture
+    log_odds: float
 
 
 class _Judge:

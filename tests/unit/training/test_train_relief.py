@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from appliance.training.ingot_relief import Batch, batch_of, first_layers, loss_and_slopes, trained
+from appliance.training.ingot_relief import Batch, Stage, batch_of, first_layers, loss_and_slopes, train
 from appliance.training.rendered_ends import RenderedLine, rendered_line
 from vision.ingot.classifiers.classifier import Face
 from vision.ingot.classifiers.relief import ReliefOdds, relief
@@ -44,7 +44,8 @@ def line_of_bars(rng):
 def test_it_learns_what_tops_of_its_lines_have_in_common():
     rng = np.random.default_rng(1)
     lines = [line_of_bars(rng) for _ in range(20)]
-    layers = trained(lines, steps=25)
+    layers = first_layers(rng)
+    train(layers, lines, Stage(20, False, 3e-3, 25, 25), rng)
     loss, _ = loss_and_slopes(layers, batch_of(lines, rng))
     assert loss < 0.3
 

@@ -34,21 +34,24 @@ def darker_and_blurred(image):
 
 
 def test_references_follow_a_new_camera():
-    first, second = (image for image, _ in ends(3, 2))
-    seen = [(darker_and_blurred(image), is_top) for image, is_top in ends(3, 60)[2:]]
-    learner = ReferenceLearner((first, second), (first, second), "dual")
-    before = accuracy(learner.current, seen[40:])
-    changed = [learner.add(image, is_top=is_top) for image, is_top in seen[:40]]
-    assert 0 < sum(changed) < 20
-    assert accuracy(learner.current, seen[40:]) >= before + 0.1
+    gained = []
+    for seed in (3, 4):
+        first, second = (image for image, _ in ends(seed, 2))
+        seen = [(darker_and_blurred(image), is_top) for image, is_top in ends(seed, 50)[2:]]
+        learner = ReferenceLearner((first, second), (first, second), "dual")
+        before = accuracy(learner.current, seen[30:])
+        changed = [learner.add(image, is_top=is_top) for image, is_top in seen[:30]]
+        assert 0 < sum(changed) < 20
+        gained.append(accuracy(learner.current, seen[30:]) - before)
+    assert np.mean(gained) >= 0.15
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, 1])
 def test_wrong_confirmations_now_and_then_make_no_end_the_reference_of_the_other_kind(seed):
-    (first, _), (second, _), *seen = ends(seed, 82)
+    (first, _), (second, _), *seen = ends(seed, 44)
     learner = ReferenceLearner((first, second), (first, second), "relief")
     for number, (image, is_top) in enumerate(seen):
-        wrong = number % 20 == 10
+        wrong = number % 20 in {10, 13}
         changed = learner.add(image, is_top=is_top != wrong)
         assert not (changed and wrong)
     assert accuracy(learner.current, seen) >= accuracy((first, second), seen) - 0.05
