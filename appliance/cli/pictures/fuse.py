@@ -36,4 +36,9 @@ def run_fuse(given: argparse.Namespace) -> None:
     except OSError as error:
         raise CommandError(f"{given.output}: {error.strerror}; give a file in a writable folder") from error
     print(f"{method}, aligned on the plane {pair.height_mm:.2f} mm above the conveyor")
+    rows, columns = pair.common
+    print(
+        f"both cameras see {100 * pair.seen_share:.0f} % of the left view; metrics of columns {columns.start} to "
+        f"{columns.stop - 1}, rows {rows.start} to {rows.stop - 1}"
+    )
     print("\n".join([*metric_lines(pair), f"written to {given.output}"]))

@@ -14,6 +14,7 @@ from appliance.sizing.stereo.rig_file import RigError, load_rig
 from vision.alignment.view_alignment import Alignment
 from vision.alignment.virtual_boards import VirtualBoards
 from vision.calibration.rig import Rig
+from vision.fusion.common_view import common_rectangle
 from vision.fusion.methods import MULTISCALE, Method, fuse
 from vision.fusion.metrics import METRICS
 from vision.fusion.multiscale import DEFAULT_SCALES, Approximation, Scales
@@ -39,7 +40,12 @@ class FusedPair:
     ----------
     picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
     left, right : ndarray of uint8, same shape
-        The views on the left camera's pixel grid, without lens distortion.
+        The views on the left camera's pixel grid, without lens distortion; what the right camera does not see is filled
+        with the left view.
+    common : tuple of two slice
+        Rows and columns of the largest rectangle that both cameras see.
+    seen_share : float
+        Share of the left view's pixels that both cameras see.
     height_mm : float
         Height over the conveyor of the plane on which they are aligned.
     """
@@ -47,6 +53,8 @@ class FusedPair:
     picture: Picture
     left: Picture
     right: Picture
+    common: tuple[slice, slice]
+    seen_share: float
     height_mm: float
 
 
@@ -130,8 +138,12 @@ def _fused(
         height_mm = _height_of_bar(pictures, rig)
     left, right = map(whole_picture, (rig.left, rig.right), pictures)
     alignment = Alignment(rig, VirtualBoards.of_rig(rig), left, right, projective=True)
-    aligned = alignment.right_on_left(height_mm)
-    return FusedPair(fuse(left.picture, aligned, method, scales=scales), left.picture, aligned, height_mm)
+    aligned, seen = alignment.right_on_left(height_mm), alignment.seen_by_both(height_mm)
+    common = common_rectangle(seen)
+    if not seen[common].size:
+        raise FusionError(f"--height: on the plane at {height_mm:g} mm the views share nothing; give another height")
+    fused = fuse(left.picture, aligned, method, scales=scales)
+    return FusedPair(fused, left.picture, aligned, common, float(seen.mean()), height_mm)
 
 
 def _height_of_bar(pictures: tuple[SentPicture, SentPicture], rig: Rig) -> float:
@@ -144,8 +156,8 @@ def _height_of_bar(pictures: tuple[SentPicture, SentPicture], rig: Rig) -> float
 
 
 def metric_lines(pair: FusedPair) -> list[str]:
-    """Table of the metrics of the fused picture and of both views, all in grey."""
-    fused, left, right = map(_grey, (pair.picture, pair.left, pair.right))
+    """Table of the metrics of the fused picture and of both views, in grey, where both cameras see the scene."""
+    fused, left, right = (_grey(picture)[pair.common] for picture in (pair.picture, pair.left, pair.right))
     lines = [f"{'':8}{'left':>10}{'right':>10}{'fused':>10}  better"]
     for row in METRICS:
         views = [f"{row.of_one(view):10.4f}" if row.of_one else f"{'-':>10}" for view in (left, right)]

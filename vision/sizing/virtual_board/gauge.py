@@ -6,6 +6,7 @@ sliding windows; diameters on the plane of that board; windows whose weighted de
 
 import math
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -16,7 +17,7 @@ from vision.alignment.quality import BarOutline, Quality
 from vision.alignment.view_alignment import Alignment
 from vision.alignment.virtual_boards import VirtualBoards
 from vision.calibration.rig import Rig
-from vision.edges.operators import EDGE_METHODS, EdgeMethod
+from vision.edges.operators import EdgeOptions, Edges
 from vision.fusion.methods import METHODS, Method, fuse
 from vision.geometry.homography import transformed
 from vision.geometry.measuring_plane import pixel_size_mm
@@ -36,6 +37,7 @@ from vision.sizing.limits import (
 )
 from vision.sizing.region_grid import Outline, RegionGrid
 from vision.sizing.virtual_board.aligned_pair import AlignedPair
+from vision.sizing.virtual_board.parameters import PRINTED_PARAMETERS, SERVED_PARAMETERS, Parameters
 from vision.sizing.virtual_board.reading import CORRECTED, Corrections, VirtualBoardReading
 from vision.sizing.virtual_board.tangent_crossing import Section, solve_section, tangent_cuts
 from vision.sizing.virtual_board.view_edges import (
@@ -54,8 +56,6 @@ from vision.sizing.virtual_board.weighted_deviation import (
 
 Array = NDArray[np.float64]
 
-PRINTED_WINDOW_ROWS = 5  # H of algorithm 9 as printed, for pictures 2704 columns wide
-WINDOW_ROWS = 16  # chosen: H for our pictures
 SAMPLING_SEED = 9  # chosen: the same pair gives the same samples
 AREA_SMOOTHING_WEIGHT = 0.1  # chosen: weight of a new frame in C of eq. 3.16
 LEAST_WINDOWS_SHARE = 0.2  # chosen: with fewer trusted windows there is no value (`no_windows`)
@@ -77,11 +77,13 @@ class VirtualBoardGauge:
     rig : Rig
     corrections : Corrections
         `CORRECTED` or `AS_PRINTED`, or anything between.
-    edges : {"forest", "sobel", "prewitt", "roberts", "canny"}
+    edges : {"forest", "sobel", "prewitt", "roberts", "canny"} or EdgeOptions
         Edge detector.
     fusion : str
         How the aligned pair is fused before windows are measured: "none", each view on its own, or a method of
         `vision.fusion.methods`, the fused picture alone.
+    parameters : Parameters or None
+        Numbers of algorithms 8, 9 and 13; None: those that belong to the corrections.
 
     Raises
     ------
@@ -94,18 +96,20 @@ class VirtualBoardGauge:
         rig: Rig,
         *,
         corrections: Corrections = CORRECTED,
-        edges: EdgeMethod = "forest",
+        edges: Edges = "forest",
         fusion: Fusion = "none",
+        parameters: Parameters | None = None,
     ) -> None:
         if not rig.has_world:
             raise ValueError("the rig has no world frame: calibrate with the registration pictures of the low board")
-        if edges not in EDGE_METHODS:
-            raise ValueError(f"edges: {edges!r} is none of {', '.join(EDGE_METHODS)}")
         if fusion not in FUSIONS:
             raise ValueError(f"fusion: {fusion!r} is none of {', '.join(FUSIONS)}")
         self.rig = rig
         self.corrections = corrections
-        self._edges: EdgeMethod = edges
+        self._edges = edges if isinstance(edges, EdgeOptions) else EdgeOptions(method=edges)
+        usual = SERVED_PARAMETERS if corrections.robust_lines else PRINTED_PARAMETERS
+        self._parameters = usual if parameters is None else parameters
+        self._has_uncertainty = corrections == CORRECTED and self._parameters == SERVED_PARAMETERS
         self._fusion: Fusion = fusion
         self._decoder = Decoder(rig.response)
         self._boards = VirtualBoards.of_rig(rig)
@@ -163,7 +167,7 @@ class VirtualBoardGauge:
         VirtualBoardReading
             Without a value: `edge_not_found`, `edges_clipped`, `not_aligned`, `fit_failed`, `views_disagree`,
             `implausible`, `no_windows`. With a value: `some_edges_clipped`, `low_contrast`, `poor_alignment`,
-            `few_windows`.
+            `few_windows`, `uncertainty_unknown`.
         """
         images = (left, right)
         regions = self._regions(images, outlines)
@@ -176,12 +180,21 @@ class VirtualBoardGauge:
         height = self._height(alignment, outline[0], outline[1])
         if not math.isfinite(height.height_mm):
             return VirtualBoardReading(reasons=reasons | Reason.NOT_ALIGNED | self._held())
-        if self._fusion != "none":
-            edges = [self._view_edges(self._fused(alignment, height.height_mm, self._fusion), outlines[0])]
-            reasons |= _reasons_of_edges(edges)
-            if reasons.forbids_value:
-                return VirtualBoardReading(reasons=reasons)
-        return self._read(AlignedPair(alignment, height, edges, outline[0]), reasons)
+        pair = AlignedPair(alignment, height, edges, outline[0])
+        if self._fusion == "none":
+            return self._read(pair, reasons)
+        return self._read_fused(pair, outlines[0], self._fusion, reasons)
+
+    def _read_fused(self, pair: AlignedPair, rough: Outline, method: Method, reasons: Reason) -> VirtualBoardReading:
+        """Reading of the fused picture alone, held against that of both views."""
+        area, self._uncorrupted_area = self._uncorrupted_area, math.nan
+        apart = self._read(pair, reasons)
+        self._uncorrupted_area = area
+        edges = [self._view_edges(self._fused(pair.alignment, pair.height.height_mm, method), rough)]
+        reasons |= _reasons_of_edges(edges)
+        if reasons.forbids_value:
+            return VirtualBoardReading(reasons=reasons)
+        return held_against(self._read(replace(pair, edges=edges), reasons), apart)
 
     def _fused(self, alignment: Alignment, height_mm: float, method: Method) -> Region:
         """Both views in one, on the pixels of the left region."""
@@ -208,17 +221,17 @@ class VirtualBoardGauge:
 
     def _view_edges(self, region: Region, outline: Outline) -> ViewEdges:
         if not self.corrections.robust_lines:
-            return edges_by_windows(region, PRINTED_WINDOW_ROWS, self._edges)
+            return edges_by_windows(region, self._parameters, self._edges)
         rough = [_in_region(line, region, self.rig.region_y_mm) for line in (outline.left, outline.right)]
         decoder = self._decoder if self.corrections.half_level else None
-        return edges_by_lines(region, (rough[0], rough[1]), WINDOW_ROWS, self._edges, decoder)
+        return edges_by_lines(region, (rough[0], rough[1]), self._parameters, self._edges, decoder)
 
     def _height(self, alignment: Alignment, left: BarOutline, right: BarOutline) -> Height:
         def evaluate(height_mm: float) -> Quality:
             return alignment.quality(left, right, height_mm)
 
         if not self.corrections.tangent_crossing:
-            return search_by_overlap(evaluate)
+            return search_by_overlap(evaluate, self._parameters.boards)
         middle = 0.25 * (right.first[0] + right.first[-1] + right.second[0] + right.second[-1])
 
         def offset_per_mm(height_mm: float) -> float:
@@ -226,12 +239,12 @@ class VirtualBoardGauge:
             moved = transformed(transform, middle)
             return float(moved[0] - transformed(transform / transform[2, 2] + change, middle)[0])
 
-        return self._loop.find(evaluate, offset_per_mm)
+        return self._loop.find(evaluate, offset_per_mm, self._parameters.boards)
 
     def _read(self, pair: AlignedPair, reasons: Reason) -> VirtualBoardReading:
         rng = np.random.default_rng(SAMPLING_SEED)
         views = range(len(pair.edges)) if self.corrections.tangent_crossing else (0,)
-        width_mm = np.array([pair.sampled_widths_mm(view, rng) for view in views])
+        width_mm = np.array([pair.sampled_widths_mm(view, self._parameters, rng) for view in views])
         sampled_mm, more = self._diameters(pair, width_mm)
         if sampled_mm is None:
             return VirtualBoardReading(reasons=reasons | more, windows_total=width_mm.shape[1])
@@ -242,6 +255,8 @@ class VirtualBoardGauge:
         kept = trusted_windows(Sigma_mm)
         reasons |= more | self._reasons_of_windows(l_mm, kept)
         value = {} if reasons.forbids_value else self._value(l_mm[kept], Sigma_mm[kept])
+        if value and not self._has_uncertainty:
+            reasons |= Reason.UNCERTAINTY_UNKNOWN
         return VirtualBoardReading(
             **value,
             alignment_quality=pair.height.quality.percent,
@@ -259,7 +274,7 @@ class VirtualBoardGauge:
         """Diameter and weighted deviation of the frame, eq. 3.19 and 3.18, and the parts of the uncertainty."""
         diameter_mm = float(l_mm.mean())
         value = {"diameter_mm": diameter_mm, "weighted_deviation_mm": float(np.median(Sigma_mm))}
-        if self.corrections == CORRECTED:
+        if self._has_uncertainty:
             value["u_edge_mm"] = float(l_mm.std() / np.sqrt(len(l_mm)))
             value["u_board_mm"] = diameter_mm * self.rig.square_relative_u
             value["u_model_mm"] = U_PLACE_PX * self._step_mm
@@ -312,6 +327,30 @@ class VirtualBoardGauge:
         reasons = Reason.FEW_WINDOWS if share < FEW_WINDOWS_SHARE else Reason.NONE
         middle_mm = float(np.median(l_mm[kept]))
         return reasons if DIAMETER_MM[0] <= middle_mm <= DIAMETER_MM[1] else reasons | Reason.IMPLAUSIBLE
+
+
+def held_against(fused: VirtualBoardReading, apart: VirtualBoardReading) -> VirtualBoardReading:
+    """Reading of a fused picture with the uncertainty that its views, read apart, leave to it.
+
+    A fused picture has lost which edge was whose: where the views' widths differ, an edge that is found may belong to
+    either (docs/methods/fusion.md). The difference of both diameters is the half width of a rectangular distribution,
+    u = |D_fused - D_apart| / sqrt(3). Without a value of the views, U is not known.
+
+    Parameters
+    ----------
+    fused, apart : VirtualBoardReading
+        Of the same pair.
+
+    Returns
+    -------
+    VirtualBoardReading
+    """
+    if not fused.valid or math.isnan(fused.u_model_mm):
+        return fused
+    if not apart.valid:
+        return replace(fused, u_model_mm=math.nan, reasons=fused.reasons | Reason.UNCERTAINTY_UNKNOWN)
+    apart_mm = abs(fused.diameter_mm - apart.diameter_mm)
+    return replace(fused, u_model_mm=math.hypot(fused.u_model_mm, apart_mm / math.sqrt(3)))
 
 
 def _in_region(line: Array, region: Region, region_y_mm: tuple[float, float]) -> Array:

@@ -58,7 +58,8 @@ class VirtualBoardReading:
         Mean over the kept windows, eq. 3.19; NaN with any reason that forbids a value.
     u_edge_mm, u_board_mm, u_model_mm : float
         Parts of its standard uncertainty (k = 1): scatter of the kept windows, scale of the board, edges that lie off
-        as a whole. NaN unless everything is corrected: the errors of the printed method have no standard uncertainty.
+        as a whole, and for a fused picture its distance from both views. NaN, with the reason `uncertainty_unknown`,
+        unless everything is corrected and all parameters are the served ones: the errors of other ways are not known.
     weighted_deviation_mm : float
         Median over the kept windows of Sigma, eq. 3.18.
     alignment_quality : float

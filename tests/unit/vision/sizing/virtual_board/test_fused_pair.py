@@ -6,12 +6,18 @@ from mill_scenes import perfect_rig
 
 from appliance.simulation.bars.bars import Bar
 from appliance.simulation.bars.line_scene import Scene
+from appliance.simulation.bars.study_scenes import draw
 from appliance.simulation.true_rig import default_rig
+from appliance.sizing.trust import trust_percent
 from vision.alignment.view_alignment import Alignment
 from vision.alignment.virtual_boards import VirtualBoards
+from vision.fusion.common_view import common_rectangle
 from vision.fusion.methods import METHODS
 from vision.geometry.turned_region import whole_picture
-from vision.sizing.virtual_board.gauge import VirtualBoardGauge
+from vision.reasons import Reason
+from vision.sizing.virtual_board.gauge import VirtualBoardGauge, held_against
+from vision.sizing.virtual_board.parameters import Parameters
+from vision.sizing.virtual_board.reading import VirtualBoardReading
 
 DIAMETER_MM = 180.0
 
@@ -69,6 +75,57 @@ def test_route_v_measures_a_clean_bar_on_every_fused_picture_of_a_symmetric_rig(
     reading = VirtualBoardGauge(rig, edges="sobel", fusion=method).measure(*pair)
     assert reading.valid
     assert reading.diameter_mm == pytest.approx(DIAMETER_MM, abs=1.0)
+
+
+@pytest.fixture(scope="module")
+def oblique():
+    """A rig whose cameras stand unlike each other, and a pair: the bar's outlines differ by several pixels in width."""
+    scene = draw("clean", 0)
+    return scene, VirtualBoardGauge(perfect_rig(scene.rig, scene.response), edges="sobel")
+
+
+@pytest.mark.parametrize("method", ["fk4", "fft", "minimum", "maximum"])
+def test_u_of_a_fused_value_holds_though_the_views_widths_differ(oblique, method):
+    scene, alone = oblique
+    apart = alone.measure(scene.left, scene.right)
+    fused = VirtualBoardGauge(alone.rig, edges="sobel", fusion=method).measure(scene.left, scene.right)
+    assert fused.valid
+    error_mm = abs(fused.diameter_mm - scene.truth["diameter_mm"])
+    assert error_mm <= fused.expanded_uncertainty_mm
+    assert fused.expanded_uncertainty_mm >= 2 / np.sqrt(3) * abs(fused.diameter_mm - apart.diameter_mm)
+
+
+def test_a_fused_value_that_its_views_cannot_judge_has_no_uncertainty_a_reason_and_no_trust():
+    fused = VirtualBoardReading(
+        diameter_mm=100.0, u_edge_mm=0.01, u_board_mm=0.01, u_model_mm=0.01, windows_kept=9, windows_total=10
+    )
+    judged = held_against(fused, VirtualBoardReading(reasons=Reason.VIEWS_DISAGREE))
+    assert judged.valid
+    assert judged.reasons == Reason.UNCERTAINTY_UNKNOWN
+    assert np.isnan(judged.expanded_uncertainty_mm)
+    assert trust_percent(judged.size_reading()) == 0.0
+
+
+def test_a_changed_parameter_says_that_its_uncertainty_is_not_known(rig, pair):
+    reading = VirtualBoardGauge(rig, edges="sobel", parameters=Parameters(sample_count=5)).measure(*pair)
+    assert reading.reasons == Reason.UNCERTAINTY_UNKNOWN
+    assert reading.diameter_mm == pytest.approx(DIAMETER_MM, abs=1.0)
+
+
+def test_both_cameras_see_a_part_of_the_left_view_and_the_rectangle_holds_nothing_else(rig, pair):
+    left, right = map(whole_picture, (rig.left, rig.right), pair)
+    seen = Alignment(rig, VirtualBoards.of_rig(rig), left, right, projective=True).seen_by_both(100.0)
+    rectangle = common_rectangle(seen)
+    assert 0.3 < seen.mean() < 0.99
+    assert seen[rectangle].all()
+    assert seen[rectangle].size > 0.5 * seen.sum()
+
+
+def test_the_common_rectangle_is_the_largest_one():
+    seen = np.zeros((80, 160), bool)
+    seen[16:64, 8:72] = seen[40:48, 0:160] = True
+    assert common_rectangle(seen) == (slice(16, 64), slice(8, 72))
+    assert seen[common_rectangle(~np.ones((80, 160), bool))].size == 0
 
 
 def test_an_unknown_fusion_is_named(rig):
