@@ -17,6 +17,7 @@
     +-- ReportMissingError        reports.pages              a library that makes pages is not installed
     +-- StudyError                verification.gauge_study   measurements are no gauge study
     +-- PlcInputsError            conformity.plc_inputs      what the PLC had written cannot be read again
+    +-- ComparisonError           comparison.files           readings and truth cannot be compared
     +-- FusionError               sizing.stereo.fuse_files   two pictures cannot be fused
     +-- PlotsMissingError         sizing.figures             the plotting library is not installed
     +-- OutputError               simulation.write_recording a recording cannot be written

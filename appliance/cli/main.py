@@ -10,7 +10,7 @@ from typing import NoReturn
 
 from appliance.cli.common import add_config
 from appliance.cli.gauge import certificates, computer, history, plc, serve
-from appliance.cli.pictures import calibrate, fuse, measure, orient, simulate, train, verify
+from appliance.cli.pictures import calibrate, compare, fuse, measure, orient, simulate, train, verify
 from appliance.command_options import CommandError
 from appliance.errors import HotgaugeError
 
@@ -113,6 +113,7 @@ COMMANDS: dict[str, tuple[_Run, str, _AddArguments]] = {
     ),
     "measure": (measure.run_measure, "Measure a recording and write its readings to a file", measure.add_measure),
     "orient": (orient.run_orient, "Say which end of the ingots in a recording faces the line", orient.add_orient),
+    "compare": (compare.run_compare, "Hold readings against the truth of their recording", compare.add_compare),
     "fuse": (fuse.run_fuse, "Fuse the two pictures of a pair into one and print its metrics", fuse.add_fuse),
     "simulate": (simulate.run_simulate, "Write a recording of the simulated mill, with truth", simulate.add_simulate),
     "export": (history.run_export, "Write what the history keeps of a time to CSV or Parquet", history.add_export),

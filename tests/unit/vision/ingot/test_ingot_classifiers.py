@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from confusion import Confusion
 from scipy.ndimage import gaussian_filter
 from skimage.metrics import structural_similarity
 
+from appliance.comparison.confusion import Confusion
 from vision.ingot.classifiers.similarity import (
     ONES,
     Exponents,
