@@ -10,6 +10,7 @@
     |   +-- EndOfRecording        cameras.source             a recording was played once and is over
     +-- ScaleError                sizing.method              nothing makes millimetres of pixels; names its fault
     |   +-- RigError              sizing.stereo.rig_file     no usable rig file
+    |   +-- EdgeModelError        sizing.stereo.edge_model no usable edge forest
     |   +-- EmptyLineError        sizing.conveyor.empty_line no usable picture of the empty line
     +-- ReferencesError           ingot.reader_setup         no usable references of the ingots' ends
     +-- HistoryError              history.schema             the history cannot be read

@@ -14,11 +14,13 @@ from appliance.simulation.bars.study_scenes import draw
 from vision.alignment.quality import BarOutline
 from vision.fusion.methods import METHODS
 from vision.geometry.turned_region import resampled_region
+from vision.reasons import Reason
 from vision.sizing.virtual_board.aligned_pair import AlignedPair
 from vision.sizing.virtual_board.boundaries_of_interest import boundaries_of_interest, hot_mask
-from vision.sizing.virtual_board.gauge import VirtualBoardGauge, _reasons_of_edges
+from vision.sizing.virtual_board.gauge import VirtualBoardGauge
 from vision.sizing.virtual_board.reading import VirtualBoardReading
 from vision.sizing.virtual_board.tangent_crossing import solve_section
+from vision.sizing.virtual_board.view_edges import reasons_of_edges
 
 TEXT = (
     "Route V on one picture out of two, by method; rigs, boards and calibrations as in served_diameter, 800 x 600, "
@@ -45,10 +47,13 @@ def run(case, edges="sobel"):
     watched.method = case["method"]
     reading = watched.again()
     result = {"valid": reading.valid, "sized": None, "error_mm": None, "false_edges": None, "edges_kept": None}
+    result |= {"expanded_mm": None, "reasons": reading.reasons.names}
     if reading.windows_total:
         result["sized"] = reading.windows_kept / reading.windows_total
     if reading.valid:
         result["error_mm"] = reading.diameter_mm - scene.truth["diameter_mm"]
+        stated = np.isfinite(reading.expanded_uncertainty_mm)
+        result["expanded_mm"] = reading.expanded_uncertainty_mm if stated else None
     return result | (watched.edges_seen() if watched.picture is not None else {})
 
 
@@ -72,27 +77,32 @@ class Watched(VirtualBoardGauge):
         self.alone = super().measure_bar(left, right, outlines)
         return self.alone
 
-    def _read(self, pair, reasons):
-        self.pair = pair
-        return super()._read(pair, reasons)
+    def read(self, pair, reasons):
+        if self.method == "none":
+            self.pair = pair
+        return super().read(pair, reasons)
+
+    def _fused(self, alignment, height_mm, method):
+        region = super()._fused(alignment, height_mm, method)
+        self.picture = region.picture
+        return region
 
     def again(self):
         self.picture = None
         if self.method == "none" or self.pair is None:
             return self.alone
         self._uncorrupted_area = np.nan
+        if self.method not in {"left", "right"}:
+            return self._read_fused(self.pair, self.rough[0], self.method, Reason.NONE)
         alignment, height_mm = self.pair.alignment, self.pair.height.height_mm
-        if self.method in {"left", "right"}:
-            views = {"left": alignment.left.picture, "right": alignment.right_on_left(height_mm)}
-            region = resampled_region(views[self.method], alignment.left)
-        else:
-            region = self._fused(alignment, height_mm, self.method)
+        views = {"left": alignment.left.picture, "right": alignment.right_on_left(height_mm)}
+        region = resampled_region(views[self.method], alignment.left)
         self.picture = region.picture
         edges = [self._view_edges(region, self.rough[0])]
-        reasons = _reasons_of_edges(edges)
+        reasons = reasons_of_edges(edges)
         if reasons.forbids_value:
             return VirtualBoardReading(reasons=reasons)
-        return super()._read(AlignedPair(alignment, self.pair.height, edges, self.pair.outline), reasons)
+        return super().read(AlignedPair(alignment, self.pair.height, edges, self.pair.outline), reasons)
 
     def _diameters(self, pair, width_mm):
         """One view alone is narrower or wider than the mean of both, by what the model says of its place."""
@@ -160,5 +170,18 @@ def _told(rows):
             "median_abs_mm": round(float(np.median(np.abs(errors))), 4),
             "bias_mm": round(float(errors.mean()), 4),
             "worst_mm": round(float(np.abs(errors).max()), 4),
+            **_covered([row for row in rows if row["expanded_mm"] is not None]),
         }
     return told
+
+
+def _covered(stated):
+    """How often U holds, of the values that state one."""
+    if not stated:
+        return {"stated": 0}
+    error, expanded = (np.array([row[key] for row in stated]) for key in ("error_mm", "expanded_mm"))
+    return {
+        "stated": len(stated),
+        "covered": round(float(np.mean(np.abs(error) <= expanded)), 4),
+        "median_expanded_mm": round(float(np.median(expanded)), 4),
+    }

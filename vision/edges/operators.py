@@ -17,7 +17,7 @@ A step of light between columns 31 and 32 is an upright edge; its direction is a
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal, get_args
+from typing import Literal
 
 import cv2
 import numpy as np
@@ -28,15 +28,9 @@ from skimage import filters
 from vision.edges.forest.features import PATCH_PX
 from vision.edges.forest.inference import EdgeDetector, shipped_detector
 from vision.edges.forest.model import StructuredForest
+from vision.edges.names import CANNY_KERNELS, EDGE_METHODS, CannyKernel, EdgeMethod
 from vision.edges.thinning import NORMAL_REACH_PX, ridge_normals
 from vision.pictures import check_shape
-
-EdgeMethod = Literal["forest", "sobel", "prewitt", "roberts", "canny"]
-
-CannyKernel = Literal["gaussian", "3x3", "5x5"]
-
-EDGE_METHODS: tuple[EdgeMethod, ...] = get_args(EdgeMethod)
-CANNY_KERNELS: tuple[CannyKernel, ...] = get_args(CannyKernel)
 
 CANNY_THRESHOLDS = (0.02, 0.05)  # low, high: shares of the steepest gradient (dissertation, printed as 0.02 and 0.5)
 CANNY_SIGMA_PX = 2**0.5  # chosen: Gaussian smoothing before the gradient

@@ -31,7 +31,7 @@ def run_measure(given: argparse.Namespace) -> None:
     room = ROOM_BY_METHOD[given.method]
     _refuse_others(given, room)
     refuse_other_formats(given.output)
-    refuse_lost_input(given.output, (given.recording, given.rig, given.background))
+    refuse_lost_input(given.output, (given.recording, given.rig, given.background, given.edge_model))
     try:
         room.run(given)
     except OSError as error:

@@ -4,14 +4,18 @@ import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from appliance.sizing.stereo.edge_model import load_edge_model
 from appliance.sizing.stereo.rig_file import RigError, load_rig
 from vision.calibration.rig import Rig
+from vision.edges.names import EdgeMethod
+from vision.edges.operators import EdgeOptions
+from vision.fusion.names import Fusion
 from vision.geometry.camera import Camera
 from vision.geometry.measuring_plane import PLANE_HEIGHT_MM
 from vision.readings import SizeReading
@@ -91,7 +95,27 @@ class TimedGauge(Generic[Reading_co]):
             )
 
 
-def rig_file_gauge(path: Path, ovality_mm: float) -> TimedGauge[SizeReading]:
+class RouteV(NamedTuple):
+    """How route V finds edges and fuses the views.
+
+    Attributes
+    ----------
+    edges : {"forest", "sobel", "prewitt", "roberts", "canny"}
+    edge_model : Path or None
+        Forest of `hotgauge train-edges`; None: the shipped one.
+    fusion : str
+        See `vision.sizing.virtual_board.gauge.VirtualBoardGauge`.
+    """
+
+    edges: EdgeMethod = "forest"
+    edge_model: Path | None = None
+    fusion: Fusion = "none"
+
+
+USUAL_ROUTE_V = RouteV()
+
+
+def rig_file_gauge(path: Path, ovality_mm: float, route_v: RouteV = USUAL_ROUTE_V) -> TimedGauge[SizeReading]:
     """Make the gauge of a rig file; raises `RigError` as `load_rig` and `TimedGauge` do.
 
     Parameters
@@ -99,12 +123,13 @@ def rig_file_gauge(path: Path, ovality_mm: float) -> TimedGauge[SizeReading]:
     path : Path
     ovality_mm : float
         Largest ovality of the product: greatest minus least width of a cross section.
+    route_v : RouteV
     """
-    return pair_gauge(load_rig(path), str(path), ovality_mm)
+    return pair_gauge(load_rig(path), str(path), ovality_mm, route_v)
 
 
-def pair_gauge(rig: Rig, name: str, ovality_mm: float) -> TimedGauge[SizeReading]:
-    """Make the gauge of a rig, by both routes; raises `RigError` as `TimedGauge` does.
+def pair_gauge(rig: Rig, name: str, ovality_mm: float, route_v: RouteV = USUAL_ROUTE_V) -> TimedGauge[SizeReading]:
+    """Make the gauge of a rig, by both routes; raises `RigError` as `TimedGauge` does, and `EdgeModelError`.
 
     Parameters
     ----------
@@ -113,8 +138,12 @@ def pair_gauge(rig: Rig, name: str, ovality_mm: float) -> TimedGauge[SizeReading
         File or camera of the rig, for error sentences.
     ovality_mm : float
         Largest ovality of the product: greatest minus least width of a cross section.
+    route_v : RouteV
     """
-    return TimedGauge[SizeReading](rig, name, partial(Gauge, ovality_mm=ovality_mm))
+    forest = None if route_v.edge_model is None else load_edge_model(route_v.edge_model)
+    edges = EdgeOptions(method=route_v.edges, forest=forest)
+    make = partial(Gauge, ovality_mm=ovality_mm, edges=edges, fusion=route_v.fusion)
+    return TimedGauge[SizeReading](rig, name, make)
 
 
 def _drawn_bar(camera: Camera) -> Picture:

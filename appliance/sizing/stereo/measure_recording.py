@@ -1,9 +1,8 @@
 """Measures a recording frame by frame and writes what it found as JSON lines or CSV."""
 
 import contextlib
-from functools import partial
+from collections.abc import Callable
 from pathlib import Path
-from typing import Literal
 
 from tqdm import tqdm
 
@@ -11,26 +10,19 @@ from appliance.cameras.recording.pairs import Recording
 from appliance.files.atomic_file import whole_file
 from appliance.files.row_writer import row_writer
 from appliance.sizing.reading_rows import COLUMNS, row
-from appliance.sizing.stereo.gauge import TimedGauge
+from appliance.sizing.stereo.gauge import Measures, TimedGauge
 from appliance.sizing.stereo.plots import Plots
 from appliance.sizing.stereo.rig_file import load_rig
-from vision.edges.operators import EdgeMethod
+from vision.calibration.rig import Rig
 from vision.readings import SizeReading
-from vision.sizing.gauge import Gauge
-from vision.sizing.virtual_board.gauge import Fusion, VirtualBoardGauge
 from vision.sizing.virtual_board.reading import VirtualBoardReading
-
-Method = Literal["tangent", "virtual-board"]
 
 
 def measure_recording(
     recording: Path,
     rig: Path,
     output: Path,
-    *,
-    method: Method = "tangent",
-    edges: EdgeMethod = "forest",
-    fusion: Fusion = "none",
+    make: Callable[[Rig], Measures[SizeReading | VirtualBoardReading]],
     plots: Path | None = None,
 ) -> None:
     """Measure every frame of a recording; the output appears whole or not at all.
@@ -43,12 +35,8 @@ def measure_recording(
         Calibration from `hotgauge calibrate`.
     output : Path
         File to write: CSV if its suffix is `.csv`, else JSON lines.
-    method : {"tangent", "virtual-board"}
-        Route that gives the diameter: tangent planes checked by virtual boards, or virtual boards (route V) alone.
-    edges : str
-        Edge detector of route V alone, one of `EDGE_METHODS`.
-    fusion : str
-        How route V alone makes one picture out of both views, one of `FUSIONS`.
+    make : callable
+        Makes the gauge from the rig.
     plots : Path, optional
         Folder for plots of route V alone.
 
@@ -64,11 +52,7 @@ def measure_recording(
         `output` cannot be written, or the folder of plots not made.
     """
     drawing = Plots(plots) if plots is not None else None
-    gauge: TimedGauge[SizeReading | VirtualBoardReading] = TimedGauge(
-        load_rig(rig),
-        str(rig),
-        Gauge if method == "tangent" else partial(VirtualBoardGauge, edges=edges, fusion=fusion),
-    )
+    gauge = TimedGauge(load_rig(rig), str(rig), make)
     with contextlib.closing(Recording(recording)) as frames, whole_file(output) as file:
         write = row_writer(output, file, COLUMNS)
         for frame, left, right in tqdm(frames, unit="frame", disable=None):

@@ -1,7 +1,7 @@
 """Corrections of route V to the dissertation's method, and its reading of one pair."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -118,3 +118,27 @@ class VirtualBoardReading:
             u_model_mm=self.u_model_mm,
             method="virtual-board",
         )
+
+
+def held_against(fused: VirtualBoardReading, apart: VirtualBoardReading) -> VirtualBoardReading:
+    """Reading of a fused picture with the uncertainty that its views, read apart, leave to it.
+
+    A fused picture has lost which edge was whose: where the views' widths differ, an edge that is found may belong to
+    either (docs/methods/fusion.md). The difference of both diameters is the half width of a rectangular distribution,
+    u = |D_fused - D_apart| / sqrt(3). Without a value of the views, U is not known.
+
+    Parameters
+    ----------
+    fused, apart : VirtualBoardReading
+        Of the same pair.
+
+    Returns
+    -------
+    VirtualBoardReading
+    """
+    if not fused.valid or math.isnan(fused.u_model_mm):
+        return fused
+    if not apart.valid:
+        return replace(fused, u_model_mm=math.nan, reasons=fused.reasons | Reason.UNCERTAINTY_UNKNOWN)
+    apart_mm = abs(fused.diameter_mm - apart.diameter_mm)
+    return replace(fused, u_model_mm=math.hypot(fused.u_model_mm, apart_mm / math.sqrt(3)))

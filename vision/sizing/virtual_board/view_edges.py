@@ -15,7 +15,8 @@ from vision.alignment.quality import BarOutline
 from vision.edges.operators import Edges
 from vision.geometry.turned_region import Picture, Region
 from vision.light_planes import Decoder
-from vision.sizing.limits import LIMB_SIDES
+from vision.reasons import Reason
+from vision.sizing.limits import CLIPPED_FEW_SHARE, CLIPPED_MOST_SHARE, COVERED_SHARE, LIMB_SIDES, WEAK_CONTRAST
 from vision.sizing.virtual_board.boundaries_of_interest import Boundaries, boundaries_of_interest, hot_mask
 from vision.sizing.virtual_board.half_level import LEAST_ROWS, LINE_DISTANCE_PX, HalfLevel, LimbRows, ThinEdges, line_of
 from vision.sizing.virtual_board.parameters import Parameters
@@ -212,3 +213,18 @@ def _line(edges: ThinEdges, rough: Array) -> Array | None:
     if len(np.unique(edges.row[agree])) < LEAST_ROWS:
         return None
     return line_of(edges.row[agree], edges.column[agree])
+
+
+def reasons_of_edges(edges: list[ViewEdges]) -> Reason:
+    """Reasons for doubt that the edges of one or two views give."""
+    reasons = Reason.NONE
+    for view in edges:
+        if view.clipped_share > CLIPPED_MOST_SHARE:
+            reasons |= Reason.EDGES_CLIPPED
+        elif view.outline is None or view.hot_share < COVERED_SHARE:
+            reasons |= Reason.EDGE_NOT_FOUND
+        elif view.contrast < WEAK_CONTRAST:
+            reasons |= Reason.LOW_CONTRAST
+        if CLIPPED_FEW_SHARE < view.clipped_share <= CLIPPED_MOST_SHARE:
+            reasons |= Reason.SOME_EDGES_CLIPPED
+    return reasons

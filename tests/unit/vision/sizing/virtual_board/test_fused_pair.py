@@ -15,9 +15,9 @@ from vision.fusion.common_view import common_rectangle
 from vision.fusion.methods import METHODS
 from vision.geometry.turned_region import whole_picture
 from vision.reasons import Reason
-from vision.sizing.virtual_board.gauge import VirtualBoardGauge, held_against
+from vision.sizing.virtual_board.gauge import VirtualBoardGauge
 from vision.sizing.virtual_board.parameters import Parameters
-from vision.sizing.virtual_board.reading import VirtualBoardReading
+from vision.sizing.virtual_board.reading import VirtualBoardReading, held_against
 
 DIAMETER_MM = 180.0
 
