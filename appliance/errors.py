@@ -23,6 +23,7 @@
     +-- PlotsMissingError         sizing.figures             the plotting library is not installed
     +-- OutputError               simulation.write_recording a recording cannot be written
     +-- TrainingError             training.edge_forest       a model cannot be trained or written
+    +-- ReproductionError         reproduction.run           the experiments cannot be run or written
     +-- InstallError              service.install            the service cannot be installed
 
 Two rooms that know nothing of the appliance have errors of their own: `plc.poll.PollError` (a gauge does not answer as

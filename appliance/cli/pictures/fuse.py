@@ -17,6 +17,9 @@ def add_fuse(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--height", type=float, metavar="MM", help="plane of alignment; without: where the bar's outlines agree"
     )
+    command.add_argument(
+        "--as-printed", action="store_true", help="FMI, SCD and ESSIM as eq. 5.6 to 5.9 print them, too"
+    )
     scales = command.add_argument_group("of wavelets and the pyramid")
     scales.add_argument("--levels", type=whole_number, metavar="N", help="4 unless given")
     scales.add_argument("--rule", choices=("larger", "weighted"), help="of two details; larger unless given")
@@ -41,4 +44,4 @@ def run_fuse(given: argparse.Namespace) -> None:
         f"both cameras see {100 * pair.seen_share:.0f} % of the left view; metrics of columns {columns.start} to "
         f"{columns.stop - 1}, rows {rows.start} to {rows.stop - 1}"
     )
-    print("\n".join([*metric_lines(pair), f"written to {given.output}"]))
+    print("\n".join([*metric_lines(pair, as_printed=given.as_printed), f"written to {given.output}"]))

@@ -16,7 +16,7 @@ from vision.alignment.virtual_boards import VirtualBoards
 from vision.calibration.rig import Rig
 from vision.fusion.common_view import common_rectangle
 from vision.fusion.methods import MULTISCALE, Method, fuse
-from vision.fusion.metrics import METRICS
+from vision.fusion.metrics import METRICS, PRINTED_METRICS
 from vision.fusion.multiscale import DEFAULT_SCALES, Approximation, Scales
 from vision.fusion.rules import Rule
 from vision.geometry.turned_region import whole_picture
@@ -155,11 +155,18 @@ def _height_of_bar(pictures: tuple[SentPicture, SentPicture], rig: Rig) -> float
     return reading.plane_height_mm
 
 
-def metric_lines(pair: FusedPair) -> list[str]:
-    """Table of the metrics of the fused picture and of both views, in grey, where both cameras see the scene."""
+def metric_lines(pair: FusedPair, *, as_printed: bool = False) -> list[str]:
+    """Table of the metrics of the fused picture and of both views, in grey, where both cameras see the scene.
+
+    Parameters
+    ----------
+    pair : FusedPair
+    as_printed : bool
+        Add the three that are defined otherwise than the dissertation prints them, as it prints them.
+    """
     fused, left, right = (_grey(picture)[pair.common] for picture in (pair.picture, pair.left, pair.right))
     lines = [f"{'':8}{'left':>10}{'right':>10}{'fused':>10}  better"]
-    for row in METRICS:
+    for row in (*METRICS, *(PRINTED_METRICS if as_printed else ())):
         views = [f"{row.of_one(view):10.4f}" if row.of_one else f"{'-':>10}" for view in (left, right)]
         better = "larger" if row.larger_is_better else "smaller"
         lines.append(f"{row.symbol:8}{''.join(views)}{row.measure(fused, left, right):10.4f}  {better:8} {row.text}")

@@ -21,6 +21,11 @@ def test_quality_is_the_common_area_over_the_left_one():
     assert quality.offset_px == pytest.approx(-25.0)
 
 
+def test_quality_is_over_the_left_area_also_where_the_right_one_is_smaller():
+    assert alignment_quality(outline(0, 100), outline(25, 75), ROWS).percent == pytest.approx(50.0)
+    assert abs(alignment_quality(outline(25, 75), outline(0, 100), ROWS).percent) == pytest.approx(100.0)
+
+
 def test_quality_is_positive_when_the_left_view_s_outline_lies_to_the_left():
     assert alignment_quality(outline(10, 110), outline(20, 120), ROWS).percent > 0
     assert alignment_quality(outline(20, 120), outline(10, 110), ROWS).percent < 0

@@ -219,6 +219,20 @@ def test_experiments_count_pixels_to_within_what_pixels_allow(number):
     assert experiment(number, pictures[0], barriers, line.spacing_mm).size == 0
 
 
+def test_the_homography_is_the_mean_of_five_and_not_one_of_them():
+    line = line_of(thermal_camera(CAMERA_MM, roll_deg=1.0))
+    barriers = find_barriers(np.mean([grey_light(one) for one in line.pictures(2, 0)], axis=0, dtype=np.float32))
+    rows = len(barriers.light)
+    each = []
+    for high in (0.0, 0.1 * rows, 0.2 * rows, 0.3 * rows, 0.4 * rows):
+        (a, b), (c, d) = barriers.columns(np.array([rows - 1.0, high]))
+        seen = np.array([[a, rows - 1], [b, rows - 1], [c, high], [d, high]], np.float32)
+        wanted = np.array([[a, rows - 1], [b, rows - 1], [a, high], [b, high]], np.float32)
+        each.append(cv2.getPerspectiveTransform(seen, wanted))
+    assert homography(barriers) == pytest.approx(np.mean([one / one[2, 2] for one in each], axis=0), abs=1e-6)
+    assert np.abs(homography(barriers) - each[0]).max() > 1e-4
+
+
 def drawn_edges(slope=0.1, columns=(30, 90), shape=(120, 160)):
     """Thin edges of a bar that runs obliquely, a short boundary beside it, and one inside it."""
     edges = np.zeros(shape, bool)

@@ -13,13 +13,17 @@ from vision.alignment.view_alignment import Alignment
 from vision.alignment.virtual_boards import VirtualBoards
 from vision.fusion.common_view import common_rectangle
 from vision.fusion.methods import METHODS
+from vision.geometry.homography import transformed
 from vision.geometry.turned_region import whole_picture
 from vision.reasons import Reason
+from vision.sent_picture import SentPicture
 from vision.sizing.virtual_board.gauge import VirtualBoardGauge
+from vision.sizing.virtual_board.one_camera import OneCameraGauge
 from vision.sizing.virtual_board.parameters import Parameters
-from vision.sizing.virtual_board.reading import VirtualBoardReading, held_against
+from vision.sizing.virtual_board.reading import Corrections, VirtualBoardReading, held_against
 
 DIAMETER_MM = 180.0
+ONE_VIEW = Corrections(projective_boards=False, tangent_crossing=False)
 
 
 @pytest.fixture(scope="module")
@@ -59,6 +63,41 @@ def test_a_pattern_on_the_plane_coincides_after_alignment_and_not_on_another_pla
 
     assert apart(height_mm) < 1.0
     assert apart(height_mm + 40.0) > 10.0
+
+
+@pytest.mark.parametrize("height_mm", [0.0, 90.0, 200.0])
+def test_t_rl_takes_the_right_pixel_of_a_point_on_the_board_to_its_left_pixel(rig, pair, height_mm):
+    left, right = map(whole_picture, (rig.left, rig.right), pair)
+    alignment = Alignment(rig, VirtualBoards.of_rig(rig), left, right, projective=True)
+    points = np.array([[-80.0, -60.0, height_mm], [90.0, 40.0, height_mm], [10.0, 120.0, height_mm]])
+    places = [
+        camera.undistort(camera.project(points)) @ camera.K[:2, :2].T + camera.K[:2, 2]
+        for camera in (rig.left, rig.right)
+    ]
+    assert transformed(alignment.right_to_left(height_mm), places[1]) == pytest.approx(places[0], abs=0.01)
+    assert np.abs(places[0] - places[1]).max() > 5
+
+
+def test_c_is_the_median_area_of_the_frame_s_boundaries_and_sigma_of_a_frame_the_median_of_its_windows(rig, pair):
+    gauge = VirtualBoardGauge(rig, edges="sobel")
+    reading = gauge.measure(*pair)
+    sent = [SentPicture.of(picture) for picture in pair]
+    areas = np.hstack([gauge.view(view, one, gauge.bars(view, one)[0])[1].areas for view, one in enumerate(sent)])
+    assert gauge._uncorrupted_area == pytest.approx(np.median(areas), rel=0.05)
+    assert reading.weighted_deviation_mm == np.median(reading.window_sigmas_mm[reading.window_kept])
+
+
+def test_one_camera_on_its_board_s_plane_is_off_and_on_the_plane_of_the_edges_it_is_not(rig, pair):
+    on_board = OneCameraGauge(rig, corrections=ONE_VIEW).measure(*pair)
+    height_mm = VirtualBoardGauge(rig).measure(*pair).plane_height_mm
+    lifted = OneCameraGauge(rig, plane_mm=height_mm, corrections=ONE_VIEW).measure(*pair)
+    other = OneCameraGauge(rig, "right", height_mm, corrections=ONE_VIEW).measure(*pair)
+    assert on_board.diameter_mm > DIAMETER_MM + 8
+    for reading in (lifted, other):
+        assert DIAMETER_MM < reading.diameter_mm < DIAMETER_MM + 6  # the tangents' width over the axis
+    assert all(one.reasons == Reason.UNCERTAINTY_UNKNOWN for one in (on_board, lifted, other))
+    with pytest.raises(ValueError, match="side"):
+        OneCameraGauge(rig, "middle")
 
 
 def test_what_only_the_left_camera_sees_is_the_left_picture(rig):
