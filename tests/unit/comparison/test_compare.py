@@ -10,6 +10,7 @@ from appliance.cli.main import main
 from appliance.comparison.ends import compared_ends
 from appliance.comparison.files import EndTruth, read_rows, read_truth
 from appliance.comparison.sizes import Sizes, compared, share_interval
+from appliance.files.row_writer import row_writer
 
 ERRORS_MM = [0.10, -0.20, 0.30, 0.0, -1.5]
 
@@ -54,10 +55,10 @@ def test_wilson_s_interval_is_that_of_the_textbooks():
 
 def test_csv_says_the_same_as_json_lines(files, capsys):
     rows = read_rows(files / "readings.jsonl")
-    names = list(rows[0])
-    cells = {None: "", True: "true", False: "false"}
-    text = [",".join(names)] + [",".join(cells.get(row[n], str(row[n])).strip("[]") for n in names) for row in rows]
-    (files / "readings.csv").write_text("\n".join(text))
+    with (files / "readings.csv").open("w", encoding="utf-8", newline="") as file:
+        write = row_writer(files / "readings.csv", file, list(rows[0]))
+        for row in rows:
+            write(row)
     for name in ("readings.jsonl", "readings.csv"):
         assert main(["compare", str(files / name), str(files)]) == 0
     first, second = np.array_split(capsys.readouterr().out.splitlines(), 2)
@@ -108,7 +109,7 @@ def test_plots_of_both_kinds_are_drawn(files, capsys):
     (files / "truth.csv").write_text("\n".join(lines))
     words = ["compare", str(files / "ends.jsonl"), str(files / "truth.csv"), "--plot", str(files / "ends.svg")]
     assert main(words) == 0
-    assert "6 with an ingot" not in capsys.readouterr().out
+    assert "6 with an ingot on the line; end found in 6, and in 0 without" in capsys.readouterr().out
     assert min((files / name).stat().st_size for name in ("sizes.png", "ends.svg")) > 10_000
 
 

@@ -92,9 +92,9 @@ def test_one_camera_on_its_board_s_plane_is_off_and_on_the_plane_of_the_edges_it
     height_mm = VirtualBoardGauge(rig).measure(*pair).plane_height_mm
     lifted = OneCameraGauge(rig, plane_mm=height_mm, corrections=ONE_VIEW).measure(*pair)
     other = OneCameraGauge(rig, "right", height_mm, corrections=ONE_VIEW).measure(*pair)
-    assert on_board.diameter_mm > DIAMETER_MM + 8
     for reading in (lifted, other):
-        assert DIAMETER_MM < reading.diameter_mm < DIAMETER_MM + 6  # the tangents' width over the axis
+        assert DIAMETER_MM < reading.diameter_mm < DIAMETER_MM + 12  # the tangents' width over the axis
+        assert on_board.diameter_mm > reading.diameter_mm + 4
     assert all(one.reasons == Reason.UNCERTAINTY_UNKNOWN for one in (on_board, lifted, other))
     with pytest.raises(ValueError, match="side"):
         OneCameraGauge(rig, "middle")
