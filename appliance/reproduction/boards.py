@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -101,7 +102,7 @@ class Boards(Experiment):
                 ),
                 _ways(found),
             ],
-            [Plot("boards", "Figure 4.9: frames with and without a virtual board", lambda axes: _figure(axes, found))],
+            [Plot("boards", "Figure 4.9: frames with and without a virtual board", partial(_figure, found=found))],
             [
                 (
                     "A board too high gives a positive Q_R and a diameter too small, one too low a negative Q_R, as "

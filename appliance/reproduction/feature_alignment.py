@@ -95,16 +95,17 @@ def _by_gradients(left: Picture, right: Picture) -> tuple[Points, Points]:
 
 def _blocks(picture: Picture) -> tuple[Points, NDArray[np.float32]]:
     cells = (HOG_CELL_PX, HOG_CELL_PX)
-    found: Any = hog(
+    blocks_of: Any = hog(
         picture, HOG_BINS, cells, (HOG_BLOCK_CELLS, HOG_BLOCK_CELLS), block_norm="L2-Hys", feature_vector=False
     )
+    found = np.asarray(blocks_of, dtype=np.float32)
     down, across = found.shape[:2]
     rows, columns = np.mgrid[:down, :across]
     middle = HOG_CELL_PX * HOG_BLOCK_CELLS / 2
     at = np.column_stack([HOG_CELL_PX * columns.ravel() + middle, HOG_CELL_PX * rows.ravel() + middle]).astype(
         np.float64
     )
-    blocks = found.reshape(down * across, -1).astype(np.float32)
+    blocks = found.reshape(down * across, -1)
     shows = (
         np.array([picture[int(y) - 16 : int(y) + 16, int(x) - 16 : int(x) + 16].std() for x, y in at]) >= LEAST_CONTRAST
     )

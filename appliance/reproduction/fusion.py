@@ -1,6 +1,7 @@
 """Chapter 5: two aligned views fused into one by nine methods (table 5.1, figures 5.6 to 5.13)."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import Any, ClassVar
 
 import cv2
@@ -105,7 +106,7 @@ class FusedViews(Experiment):
                 Table("Table 5.1: dissertation / here", ("", *SYMBOLS), rows),
                 _diameters(found),
             ],
-            [Plot("fusion", "Error of the diameter on fused pictures", lambda axes: _figure(axes, found))],
+            [Plot("fusion", "Error of the diameter on fused pictures", partial(_figure, found=found))],
             [
                 *_ranks(mean),
                 (

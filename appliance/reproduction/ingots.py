@@ -2,6 +2,7 @@
 
 import csv
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -101,12 +102,12 @@ class IngotEnds(Experiment):
                 Plot(
                     "similarity",
                     "Figures 6.13 and 6.16: similarity with the top reference",
-                    lambda axes: _figure(axes, ends),
+                    partial(_figure, ends=ends),
                 ),
                 Plot(
                     "dual",
                     "Figures 6.19 and 6.20: similarity with the top less that with the bottom",
-                    lambda axes: _figure_dual(axes, ends),
+                    partial(_figure_dual, ends=ends),
                 ),
             ],
             [

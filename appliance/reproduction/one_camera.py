@@ -3,6 +3,7 @@
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -84,9 +85,9 @@ class OneCamera(Experiment):
                 Plot(
                     "windows",
                     "Figure 3.28: windows of two frames, without and with scale",
-                    lambda axes: _figure(axes, found, offset_mm),
+                    partial(_figure, found=found, offset_mm=offset_mm),
                 ),
-                Plot("frames", "Figure 3.29: frames", lambda axes: _figure_frames(axes, found, offset_mm)),
+                Plot("frames", "Figure 3.29: frames", partial(_figure_frames, found=found, offset_mm=offset_mm)),
             ],
             [
                 ("Times are of this computer and of our own forest; the dissertation does not give its hardware."),

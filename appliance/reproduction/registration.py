@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Sequence
+from functools import partial
 from typing import Any, ClassVar
 
 import cv2
@@ -56,11 +57,11 @@ class Registration(Experiment):
         for method in METHODS:
             started = time.perf_counter()
             if method in BOARDS:
-                H, pairs, inliers = alignment.right_to_left(rig.low_mm if method == BOARDS[0] else height_mm), 0, 0
+                T, pairs, inliers = alignment.right_to_left(rig.low_mm if method == BOARDS[0] else height_mm), 0, 0
             else:
-                H, pairs, inliers = align_by_features(grey[0], grey[1], method)  # pyright: ignore[reportArgumentType]
+                T, pairs, inliers = align_by_features(grey[0], grey[1], method)  # pyright: ignore[reportArgumentType]
             took_ms = 1000 * (time.perf_counter() - started)
-            error_px = None if H is None else _error_px(H, on_right, on_left)
+            error_px = None if T is None else _error_px(T, on_right, on_left)
             result[method] = {"error_px": error_px, "time_ms": took_ms, "pairs": pairs, "inliers": inliers}
         return result
 
@@ -94,7 +95,7 @@ class Registration(Experiment):
                     rows,
                 )
             ],
-            [Plot("registration", "Error on the bar's plane", lambda axes: _figure(axes, found))],
+            [Plot("registration", "Error on the bar's plane", partial(_figure, found=found))],
             [
                 (
                     "The dissertation rejects features without figures; the figures agree: what can be matched is "

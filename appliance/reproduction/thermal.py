@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -102,7 +103,7 @@ class Thermal(Experiment):
                 Plot(
                     "thermal",
                     "Figure 3.22: frames of one video by the four experiments",
-                    lambda axes: _figure(axes, found),
+                    partial(_figure, found=found),
                 )
             ],
             [

@@ -42,7 +42,7 @@ def main() -> None:
     compared = {"single": rows[:, 1] - SIMILARITY_THRESHOLD, "dual": rows[:, 1] - rows[:, 2]}
     for name, values in compared.items():
         weight, constant = fit(values[:, None], rows[:, 0])
-        right = np.mean((values > 0) == (rows[:, 0] > 0.5))
+        right = float(np.mean((values > 0) == (rows[:, 0] > 0.5)))
         print(f"{name}: weight {weight[0]:.2f}, constant {constant:+.3f}, accuracy {right:.3f}")
 
 

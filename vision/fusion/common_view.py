@@ -22,8 +22,8 @@ def common_rectangle(seen: NDArray[np.bool_]) -> tuple[slice, slice]:
     blocks = seen[: down * BLOCK_PX, : across * BLOCK_PX].reshape(down, BLOCK_PX, across, BLOCK_PX).all(axis=(1, 3))
     best = (0, 0, 0, 0, 0)  # area, first row, end row, first column, end column
     height = np.zeros(across, dtype=np.int64)
-    for row in range(down):
-        height = np.where(blocks[row], height + 1, 0)
+    for row, line in enumerate(blocks.reshape(down, across)):
+        height = np.where(line, height + 1, 0)
         best = max(best, _widest(height.tolist(), row + 1))
     _, top, bottom, left, right = (BLOCK_PX * number for number in best)
     return slice(top, bottom), slice(left, right)

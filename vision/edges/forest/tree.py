@@ -169,14 +169,14 @@ def _best(values: Floats, classes: NDArray[np.uint8], least: int, by_entropy: bo
     count = values.shape[1]
     ones = 0
     for n in range(count):
-        ones += classes[n]
+        ones += int(classes[n])
     before = _impurity(count, ones, by_entropy)
     best, best_threshold, best_gain = 0, 0.0, 0.0
     for f in range(len(values)):
         order = np.argsort(values[f])
         left_ones = 0
         for left in range(1, count - least + 1):
-            left_ones += classes[order[left - 1]]
+            left_ones += int(classes[order[left - 1]])
             if left < least:
                 continue
             low, high = values[f, order[left - 1]], values[f, order[left]]

@@ -204,7 +204,8 @@ def _between_lines(area: NDArray[np.bool_]) -> float:
         chain = _longest(chains, middle, side)
         if chain is None or len(np.unique(chain[:, 1])) < LEAST_ROWS:
             return np.nan
-        lines.append(np.polyval(np.polyfit(chain[:, 1], chain[:, 0], 1), rows))
+        slope, start = np.polyfit(chain[:, 1], chain[:, 0], 1).tolist()
+        lines.append(slope * rows + start)
     return float(np.mean(lines[1] - lines[0]))
 
 
