@@ -14,13 +14,13 @@ from vision.alignment.view_alignment import Alignment
 from vision.fusion.common_view import common_rectangle
 from vision.fusion.methods import fuse
 from vision.fusion.metrics import METRICS
-from vision.fusion.names import Fusion
+from vision.fusion.names import Method
 from vision.geometry.turned_region import picture_region
 from vision.sizing.virtual_board.gauge import VirtualBoardGauge
 
 VIDEOS, FRAMES, QUICK_FRAMES = 4, 100, 1  # 4 videos of 100 frames, section 5.1.3
 MEASURED_FRAMES = 5  # of each video: frames whose bar is sized on the fused picture too
-METHODS: tuple[Fusion, ...] = ("fft", "db2", "db4", "db8", "db16", "fk4", "fk6", "fk8", "fk18")
+METHODS: tuple[Method, ...] = ("fft", "db2", "db4", "db8", "db16", "fk4", "fk6", "fk8", "fk18")
 VIEWS = ("left", "right")
 NAMES = {"fft": "FFT"} | {name: f"DWT, {name}" for name in METHODS[1:]} | {"left": "left view", "right": "right view"}
 SYMBOLS = ("H", "SD", "SF", "AG", "FMI", "SCD", "ESSIM")
@@ -66,16 +66,16 @@ class FusedViews(Experiment):
         alignment = Alignment(rig, gauge.boards, regions[0], regions[1], projective=True)
         common = common_rectangle(alignment.seen_by_both(alone.plane_height_mm))
         views = [
-            cv2.cvtColor(one, cv2.COLOR_BGR2GRAY)
+            np.asarray(cv2.cvtColor(one, cv2.COLOR_BGR2GRAY), np.uint8)
             for one in (regions[0].picture, alignment.right_on_left(alone.plane_height_mm))
         ]
-        grey = [np.ascontiguousarray(view[common], dtype=np.uint8) for view in views]
+        grey = [view[common] for view in views]
         metrics: dict[str, list[float | None]] = {
             name: [row.of_one(view) if row.of_one else None for row in METRICS]
             for name, view in zip(VIEWS, grey, strict=True)
         }
         for method in METHODS:
-            fused = fuse(views[0], views[1], method)[common]  # pyright: ignore[reportArgumentType]  none of them is "none"
+            fused = fuse(views[0], views[1], method)[common]
             metrics[method] = [row.measure(fused, grey[0], grey[1]) for row in METRICS]
         errors = _errors(rig, left, right, diameter_mm) if case["frame"] < MEASURED_FRAMES else {}
         return {

@@ -144,9 +144,9 @@ def _times(found: Sequence[Result]) -> Table:
     return Table("Table 3.2: time of a frame, ms", ("", "dissertation", "here, median"), rows)
 
 
-def _rms(values: Any) -> float:
-    values = np.array([value for value in values if value is not None], dtype=np.float64)
-    return float(np.sqrt(np.mean(values**2))) if values.size else float("nan")
+def _rms(values: Sequence[float | None]) -> float:
+    there = np.array([value for value in values if value is not None], dtype=np.float64)
+    return float(np.sqrt(np.mean(there**2))) if there.size else float("nan")
 
 
 def _window_errors(one: Result, name: str, offset_mm: float, which: str = "windows_mm") -> list[float | None]:
@@ -175,10 +175,9 @@ def _frames(found: Sequence[Result], offset_mm: dict[str, float]) -> Table:
         worst = max(there, default=float("nan"))
         count = f"{len(there)} of {len(found)}"
         rows.append((name, count, number(offset_mm[name], "+.2f"), number(_rms(errors), ".2f"), number(worst, ".2f")))
-    served = [one["served"] for one in found if one["served"] is not None]
-    errors = [value - DIAMETER_MM for value, _ in served]
-    worst = max(map(abs, errors), default=float("nan"))
-    rows.append(("served, both cameras", f"{len(served)} of {len(found)}", "none", number(_rms(errors)), number(worst)))
+    served = [float(one["served"][0]) - DIAMETER_MM for one in found if one["served"] is not None]
+    worst = max((abs(error) for error in served), default=float("nan"))
+    rows.append(("served, both cameras", f"{len(served)} of {len(found)}", "none", number(_rms(served)), number(worst)))
     columns = ("", "frames with a value", "compensation, mm", "RMSE, mm", "worst, mm")
     return Table("Figure 3.29: diameters of frames", columns, rows)
 

@@ -3,14 +3,19 @@
 import time
 from collections.abc import Sequence
 from functools import partial
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal, get_args
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from appliance.reproduction.experiment import Case, Experiment, Plot, Result, Section, Table, number
-from appliance.reproduction.feature_alignment import FEATURE_METHODS, align_by_features
+from appliance.reproduction.feature_alignment import (
+    FEATURE_METHODS,
+    FeatureMethod,
+    FoundAlignment,
+    align_by_features,
+)
 from appliance.reproduction.world import SMALL, calibrated, pair, passing
 from appliance.simulation.bars.bars import Bar, Oxide
 from appliance.simulation.true_rig import TrueCamera
@@ -22,8 +27,9 @@ Points = NDArray[np.float64]
 
 PAIRS, QUICK_PAIRS = 24, 4
 WITHIN_PX = 2.0
-BOARDS = ("checkerboard", "virtual board")
-METHODS = (*FEATURE_METHODS, *BOARDS)
+Board = Literal["checkerboard", "virtual board"]
+BOARDS: tuple[Board, ...] = get_args(Board)
+METHODS: tuple[FeatureMethod | Board, ...] = (*FEATURE_METHODS, *BOARDS)
 NAMES = {"ncc": "NCC", "hog": "HOG", "sift": "SIFT", "fast-brief": "FAST + BRIEF", "orb": "ORB"} | {
     name: f"{name}, {text}" for name, text in zip(BOARDS, ("the low one (alg. 11)", "height of alg. 13"), strict=True)
 }
@@ -52,17 +58,24 @@ class Registration(Experiment):
             _on_plane(camera, region, bar, height_mm) for camera, region in zip(true_rig.cameras, regions, strict=True)
         )
         alignment = Alignment(rig, gauge.boards, regions[0], regions[1], projective=True)
-        grey = [cv2.cvtColor(region.picture, cv2.COLOR_BGR2GRAY) for region in regions]
+        grey = [np.asarray(cv2.cvtColor(region.picture, cv2.COLOR_BGR2GRAY), np.uint8) for region in regions]
         result: Result = {}
         for method in METHODS:
             started = time.perf_counter()
-            if method in BOARDS:
-                T, pairs, inliers = alignment.right_to_left(rig.low_mm if method == BOARDS[0] else height_mm), 0, 0
+            if method == "checkerboard":
+                found = FoundAlignment(alignment.right_to_left(rig.low_mm), 0, 0)
+            elif method == "virtual board":
+                found = FoundAlignment(alignment.right_to_left(height_mm), 0, 0)
             else:
-                T, pairs, inliers = align_by_features(grey[0], grey[1], method)  # pyright: ignore[reportArgumentType]
+                found = align_by_features(grey[0], grey[1], method)
             took_ms = 1000 * (time.perf_counter() - started)
-            error_px = None if T is None else _error_px(T, on_right, on_left)
-            result[method] = {"error_px": error_px, "time_ms": took_ms, "pairs": pairs, "inliers": inliers}
+            error_px = None if found.right_to_left is None else _error_px(found.right_to_left, on_right, on_left)
+            result[method] = {
+                "error_px": error_px,
+                "time_ms": took_ms,
+                "pairs": found.pairs,
+                "inliers": found.inliers,
+            }
         return result
 
     def section(self, results: Sequence[tuple[Case, Result]]) -> Section:
