@@ -6,6 +6,7 @@ from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from appliance.reproduction.experiment import Case, Experiment, Plot, Result, Section, Table, number
 from appliance.reproduction.world import FULL, SMALL, calibrated, pair, passing
@@ -146,10 +147,10 @@ def _ways(found: Sequence[Result]) -> Table:
     return Table("Route V, each correction added in turn", ("", "values", "RMSE, mm", "worst, mm"), rows)
 
 
-def _spread(errors: Any) -> tuple[str, str]:
+def _spread(errors: NDArray[np.float64]) -> tuple[str, str]:
     if not errors.size:
         return "-", "-"
-    return number(float(np.sqrt(np.mean(errors**2)))), number(float(np.abs(errors).max()))
+    return number(float(np.sqrt((errors**2).mean()))), number(float(np.abs(errors).max()))
 
 
 def _figure(axes: Any, found: Sequence[Result]) -> None:

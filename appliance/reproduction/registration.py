@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from appliance.reproduction.experiment import Case, Experiment, Plot, Result, Section, Table, number
-from appliance.reproduction.feature_alignment import (
+from appliance.reproduction.world import SMALL, calibrated, pair, passing
+from appliance.simulation.bars.bars import Bar, Oxide
+from appliance.simulation.true_rig import TrueCamera
+from vision.alignment.feature_alignment import (
     FEATURE_METHODS,
     FeatureMethod,
     FoundAlignment,
     align_by_features,
 )
-from appliance.reproduction.world import SMALL, calibrated, pair, passing
-from appliance.simulation.bars.bars import Bar, Oxide
-from appliance.simulation.true_rig import TrueCamera
 from vision.alignment.view_alignment import Alignment
 from vision.geometry.turned_region import Region, whole_picture
 from vision.sizing.virtual_board.gauge import VirtualBoardGauge
@@ -142,7 +142,7 @@ def _error_px(H: Points, from_right: Points, on_left: Points) -> float:
     """Root mean square distance after alignment."""
     moved = np.column_stack([from_right, np.ones(len(from_right))]) @ H.T
     away = moved[:, :2] / moved[:, 2:] - on_left
-    return float(np.sqrt(np.mean(np.sum(away**2, axis=1))))
+    return float(np.sqrt((away**2).sum(axis=1).mean()))
 
 
 def _figure(axes: Any, found: Sequence[Result]) -> None:

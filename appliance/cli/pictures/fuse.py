@@ -20,6 +20,9 @@ def add_fuse(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--as-printed", action="store_true", help="FMI, SCD and ESSIM as eq. 5.6 to 5.9 print them, too"
     )
+    command.add_argument(
+        "--plot", type=Path, metavar="DIR", help="folder for both aligned views, the pair in two colours, and edges"
+    )
     scales = command.add_argument_group("of wavelets and the pyramid")
     scales.add_argument("--levels", type=whole_number, metavar="N", help="4 unless given")
     scales.add_argument("--rule", choices=("larger", "weighted"), help="of two details; larger unless given")
@@ -27,7 +30,7 @@ def add_fuse(command: argparse.ArgumentParser) -> None:
 
 
 def run_fuse(given: argparse.Namespace) -> None:
-    from appliance.sizing.stereo.fuse_files import checked_scales, fuse_files, metric_lines, write_picture
+    from appliance.sizing.stereo.fuse_files import checked_scales, fuse_files, metric_lines, write_picture, write_plots
     from vision.fusion.methods import METHODS
 
     refuse_lost_input(given.output, (given.left, given.right, given.rig))
@@ -36,6 +39,8 @@ def run_fuse(given: argparse.Namespace) -> None:
         scales = checked_scales(method, given.levels, given.rule, given.approximation)
         pair = fuse_files(given.left, given.right, given.rig, method, scales=scales, height_mm=given.height)
         write_picture(given.output, pair.picture)
+        if given.plot is not None:
+            write_plots(given.plot, pair)
     except OSError as error:
         raise CommandError(f"{given.output}: {error.strerror}; give a file in a writable folder") from error
     print(f"{method}, aligned on the plane {pair.height_mm:.2f} mm above the conveyor")

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from appliance.cameras.recording.picture_file import read_picture
 from appliance.errors import HotgaugeError
+from appliance.sizing.stereo.overlays import edges_of_views
 from appliance.sizing.stereo.rig_file import RigError, load_rig
 from vision.alignment.view_alignment import Alignment
 from vision.alignment.virtual_boards import VirtualBoards
@@ -193,6 +194,27 @@ def write_picture(path: Path, picture: Picture) -> None:
         raise FusionError(f"{path}: is neither PNG nor JPEG; let its name end in {', '.join(SUFFIXES)}")
     _, data = cv2.imencode(path.suffix.lower(), picture)
     path.write_bytes(data.tobytes())
+
+
+def write_plots(folder: Path, pair: FusedPair) -> None:
+    """Write `left.png`, `right_aligned.png`, `pair.png` (left red, right cyan) and `edges.png`; raises `OSError`.
+
+    Parameters
+    ----------
+    folder : Path
+        Made if it is missing.
+    pair : FusedPair
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    left, right = _grey(pair.left), _grey(pair.right)
+    pictures = {
+        "left": pair.left,
+        "right_aligned": pair.right,
+        "pair": np.dstack([right, right, left]),
+        "edges": edges_of_views(pair.left, pair.picture),
+    }
+    for name, picture in pictures.items():
+        write_picture(folder / f"{name}.png", picture)
 
 
 def _grey(picture: Picture) -> Picture:

@@ -23,6 +23,7 @@ from vision.sent_picture import Codes, SentPicture
 from vision.sizing.gauge import Gauge
 from vision.sizing.limits import LIMB_SIDES
 from vision.sizing.tangent.tangent_planes import TangentPlane
+from vision.sizing.virtual_board.aligned_pair import AlignedPair
 
 Picture = NDArray[np.uint8]
 Reading_co = TypeVar("Reading_co", covariant=True)
@@ -86,6 +87,11 @@ class TimedGauge(Generic[Reading_co]):
         started_s = time.perf_counter()
         reading = self._gauge.measure(*pictures)
         return reading, 1000 * (time.perf_counter() - started_s)
+
+    @property
+    def aligned_pair(self) -> AlignedPair | None:
+        """Views, edges and board of the last pair, for plots; None of a gauge that aligns none, or of no bar."""
+        return getattr(self._gauge, "last_pair", None)
 
     def _check_size(self, side: str, calibrated: tuple[int, int], size: tuple[int, int]) -> None:
         if size != calibrated:

@@ -15,6 +15,7 @@ from appliance.sizing.stereo.plots import Plots
 from appliance.sizing.stereo.rig_file import load_rig
 from vision.calibration.rig import Rig
 from vision.readings import SizeReading
+from vision.sizing.gauge import Gauge
 from vision.sizing.virtual_board.reading import VirtualBoardReading
 
 
@@ -22,7 +23,7 @@ def measure_recording(
     recording: Path,
     rig: Path,
     output: Path,
-    make: Callable[[Rig], Measures[SizeReading | VirtualBoardReading]],
+    make: Callable[[Rig], Measures[SizeReading | VirtualBoardReading]] = Gauge,
     plots: Path | None = None,
 ) -> None:
     """Measure every frame of a recording; the output appears whole or not at all.
@@ -59,7 +60,7 @@ def measure_recording(
             reading, elapsed_ms = gauge.measure(left, right)
             if isinstance(reading, VirtualBoardReading):
                 if drawing is not None:
-                    drawing.add(frame, reading)
+                    drawing.add(frame, reading, gauge.aligned_pair)
                 reading = reading.size_reading()
             write(row(frame, reading, elapsed_ms))
     if drawing is not None:

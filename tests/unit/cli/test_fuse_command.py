@@ -57,6 +57,18 @@ def test_a_picture_is_written_and_its_metrics_are_printed(folder, capsys, words)
     assert float(cells[3]) == pytest.approx(np.std(common), abs=1e-4)
 
 
+def test_both_aligned_views_and_edges_are_drawn(folder, tmp_path):
+    assert fuse(folder, "left.png", "right.png", "--plot", str(tmp_path / "plots")) == 0
+    drawn = {path.stem: cv2.imread(str(path)) for path in (tmp_path / "plots").iterdir()}
+    assert set(drawn) == {"left", "right_aligned", "pair", "edges"}
+    left, right = (cv2.cvtColor(drawn[name], cv2.COLOR_BGR2GRAY) for name in ("left", "right_aligned"))
+    assert np.array_equal(drawn["pair"][..., 2], left)
+    assert np.array_equal(drawn["pair"][..., 0], right)
+    alone, together = drawn["edges"][..., 2] == 255, drawn["edges"][..., 1] == 255
+    assert min(alone.sum(), together.sum()) > 500
+    assert (alone & together).sum() > 0.3 * alone.sum()  # the bar's own edges stay where they were
+
+
 @pytest.mark.parametrize(
     ("asked", "said"),
     [

@@ -78,6 +78,11 @@ class VirtualBoardGauge:
     parameters : Parameters or None
         Numbers of algorithms 8, 9 and 13; None: those that belong to the corrections.
 
+    Attributes
+    ----------
+    last_pair : AlignedPair or None
+        Views, edges and board of the last pair that could be aligned, for plots.
+
     Raises
     ------
     ValueError
@@ -111,6 +116,7 @@ class VirtualBoardGauge:
         self._samplers = [RegionSampler(camera, rig.region_y_mm, self._step_mm) for camera in (rig.left, rig.right)]
         self._pool = ThreadPoolExecutor(2)
         self._loop = HeightLoop()
+        self.last_pair: AlignedPair | None = None
         self._uncorrupted_area = math.nan
 
     def measure(self, left: SentPicture | Codes, right: SentPicture | Codes) -> VirtualBoardReading:
@@ -187,6 +193,7 @@ class VirtualBoardGauge:
             `implausible`, `no_windows`. With a value: `some_edges_clipped`, `low_contrast`, `poor_alignment`,
             `few_windows`, `uncertainty_unknown`.
         """
+        self.last_pair = None
         images = (left, right)
         regions = self._regions(images, outlines)
         edges = list(self._pool.map(self._view_edges, regions, outlines))
@@ -198,7 +205,7 @@ class VirtualBoardGauge:
         height = self._height(alignment, outline[0], outline[1])
         if not math.isfinite(height.height_mm):
             return VirtualBoardReading(reasons=reasons | Reason.NOT_ALIGNED | self._held())
-        pair = AlignedPair(alignment, height, edges, outline[0])
+        pair = self.last_pair = AlignedPair(alignment, height, edges, outline[0])
         if self._fusion == "none":
             return self.read(pair, reasons)
         return self._read_fused(pair, outlines[0], self._fusion, reasons)

@@ -45,6 +45,11 @@ class OneCameraGauge:
     parameters : Parameters or None
         See `VirtualBoardGauge`.
 
+    Attributes
+    ----------
+    last_pair : AlignedPair or None
+        The view and its edges, for plots.
+
     Raises
     ------
     ValueError
@@ -64,6 +69,7 @@ class OneCameraGauge:
         if side not in SIDES:
             raise ValueError(f"side: {side!r} is none of {', '.join(SIDES)}")
         own = rig if side == "left" else replace(rig, left=rig.right, right=rig.left, boards={})
+        self.last_pair: AlignedPair | None = None
         self._view = SIDES.index(side)
         self._rig = rig
         self._plane_mm = rig.low_mm if plane_mm is None else plane_mm
@@ -89,6 +95,7 @@ class OneCameraGauge:
         ValueError
             As `VirtualBoardGauge.measure`.
         """
+        self.last_pair = None
         picture = checked_pair(self._rig, left, right)[self._view]
         outlines = self._gauge.bars(0, picture)
         if len(outlines) != 1:
@@ -99,4 +106,5 @@ class OneCameraGauge:
             return VirtualBoardReading(reasons=reasons)
         alignment = Alignment(self._gauge.rig, self._gauge.boards, region, region, projective=False)
         height = Height(self._plane_mm, Quality(np.nan, np.nan), 0)
-        return self._gauge.read(AlignedPair(alignment, height, [edges], edges.outline), reasons)
+        self.last_pair = AlignedPair(alignment, height, [edges], edges.outline)
+        return self._gauge.read(self.last_pair, reasons)
