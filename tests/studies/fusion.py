@@ -47,13 +47,10 @@ def run(case, edges="sobel"):
     watched.method = case["method"]
     reading = watched.again()
     result = {"valid": reading.valid, "sized": None, "error_mm": None, "false_edges": None, "edges_kept": None}
-    result |= {"expanded_mm": None, "reasons": reading.reasons.names}
     if reading.windows_total:
         result["sized"] = reading.windows_kept / reading.windows_total
     if reading.valid:
         result["error_mm"] = reading.diameter_mm - scene.truth["diameter_mm"]
-        stated = np.isfinite(reading.expanded_uncertainty_mm)
-        result["expanded_mm"] = reading.expanded_uncertainty_mm if stated else None
     return result | (watched.edges_seen() if watched.picture is not None else {})
 
 
@@ -170,18 +167,5 @@ def _told(rows):
             "median_abs_mm": round(float(np.median(np.abs(errors))), 4),
             "bias_mm": round(float(errors.mean()), 4),
             "worst_mm": round(float(np.abs(errors).max()), 4),
-            **_covered([row for row in rows if row["expanded_mm"] is not None]),
         }
     return told
-
-
-def _covered(stated):
-    """How often U holds, of the values that state one."""
-    if not stated:
-        return {"stated": 0}
-    error, expanded = (np.array([row[key] for row in stated]) for key in ("error_mm", "expanded_mm"))
-    return {
-        "stated": len(stated),
-        "covered": round(float(np.mean(np.abs(error) <= expanded)), 4),
-        "median_expanded_mm": round(float(np.median(expanded)), 4),
-    }

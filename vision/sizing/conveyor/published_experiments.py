@@ -185,8 +185,11 @@ def local_area_widths(edges: NDArray[np.bool_], area: tuple[int, int], stride_px
     first, last = max(0, int(seen[-1]) - width + 1), max(0, min(int(seen[0]), edges.shape[1] - width))
     lefts = range(min(first, last), max(first, last) + 1, stride_px)
     for top in range(0, len(edges) - height + 1, stride_px):
+        strip = edges[top : top + height]
+        whole_px = _between_lines(strip)  # of every area that holds all of the strip's edges
         for left in lefts:
-            width_px = _between_lines(edges[top : top + height, left : left + width])
+            area = strip[:, left : left + width]
+            width_px = whole_px if area.sum() == strip.sum() else _between_lines(area)
             if np.isfinite(width_px):
                 places.append(top + (height - 1) / 2)
                 widths.append(width_px)
