@@ -9,6 +9,7 @@ from pydantic import AfterValidator, Field, ValidationInfo
 from appliance.conformity.settings import CorrectionSettings, JudgingSettings
 from appliance.history.settings import HistorySettings
 from appliance.ingot.settings import IngotSettings
+from appliance.page.settings import PageSettings
 from appliance.settings.file import load as load_file
 from appliance.settings.section import FilePath, Section, unit
 from appliance.sizing.settings import Sizing
@@ -110,6 +111,7 @@ class Settings(Section):
     judging: JudgingSettings = Field(default_factory=JudgingSettings, description="Trust, cold size and bars")
     correction: CorrectionSettings = Field(default_factory=CorrectionSettings, description="Closed loop")
     history: HistorySettings = Field(default_factory=HistorySettings, description="What is kept on disk")
+    page: PageSettings = Field(default_factory=PageSettings, description="The page for people")
 
 
 def state_folder(plc: PlcSettings) -> Path | None:

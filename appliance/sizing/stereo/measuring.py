@@ -5,6 +5,7 @@ from typing import ClassVar
 
 from appliance.command_options import CommandError
 from appliance.sizing.measuring import Measuring
+from appliance.sizing.reading_rows import Judge
 from appliance.sizing.stereo.route_options import PRINTED_OPTIONS, add_route_options
 
 OWN_OPTIONS = {
@@ -34,7 +35,7 @@ class StereoMeasuring(Measuring):
             "--plane-mm", type=float, metavar="MM", help="height of one-camera's plane; else that of the low board"
         )
 
-    def run(self, given: argparse.Namespace) -> None:
+    def run(self, given: argparse.Namespace, judge: Judge) -> list[str]:
         """Measure with the rig file; see `Measuring.run`."""
         from appliance.sizing.stereo.measure_recording import measure_recording
         from appliance.sizing.stereo.route_choice import gauge_of
@@ -46,4 +47,5 @@ class StereoMeasuring(Measuring):
                 others = [name for name, own in OWN_OPTIONS.items() if option in own]
                 who = "only virtual boards have it" if "virtual-board" in others else "only one camera has it"
                 raise CommandError(f"--{option.replace('_', '-')}: {who}; add --method {others[0]}")
-        measure_recording(given.recording, given.rig, given.output, gauge_of(given), plots=given.plot)
+        make = gauge_of(given)
+        return measure_recording(given.recording, given.rig, given.output, make, judge=judge, plots=given.plot)
