@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from appliance.errors import HotgaugeError
 from appliance.ingot.learned_references import LearnedReferencesError, current_number, pair
-from appliance.ingot.settings import IngotDecisionSettings, IngotLimits, IngotSettings
+from appliance.ingot.settings import ComparisonSettings, IngotDecisionSettings, IngotLimits, IngotSettings
+from vision.ingot.classifiers.similarity import Comparison, Exponents
 from vision.ingot.end_finder import Box, EndFinder, EndLimits
 from vision.ingot.orientation_reader import IngotView, OrientationReader, References
 from vision.ingot.sequential_decision import DecisionRule
@@ -87,9 +88,14 @@ def make_reader(settings: IngotSettings, view: IngotView, picture: Picture) -> O
         )
     try:
         finder = EndFinder(crop, centroid, _limits(settings.limits, columns))
-        return OrientationReader(finder, view.references, settings.classifier)
+        return OrientationReader(finder, view.references, settings.classifier, _comparison(settings.comparison))
     except ValueError as error:
         raise ReferencesError(f"ingot.limits: {error}") from error
+
+
+def _comparison(settings: ComparisonSettings) -> Comparison:
+    exponents = Exponents(settings.luminance, settings.contrast, settings.structure)
+    return Comparison(exponents, settings.circular, settings.threshold)
 
 
 def _share(share: tuple[float, float, float, float], rows: int, columns: int) -> Box:
