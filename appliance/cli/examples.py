@@ -20,6 +20,11 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     ),
     "orient": ("hotgauge orient my_ingots/seq01 --references my_ingots --output ingots.jsonl",),
     "fuse": ("hotgauge fuse left.png right.png --rig rig.json --output fused.png",),
+    "compare": (
+        "hotgauge compare out.csv my_line/scenes/line --plot errors.png",
+        "hotgauge compare ingots.jsonl my_ingots/seq01",
+    ),
+    "reproduce": ("hotgauge reproduce --output report --quick",),
     "simulate": (
         "hotgauge simulate --output my_line",
         "hotgauge simulate --output my_ingots --scene ingots --frames 200",

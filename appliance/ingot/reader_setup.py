@@ -7,10 +7,10 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from appliance.cameras.recording.picture_file import read_picture
-from appliance.cameras.source import CameraError
 from appliance.errors import HotgaugeError
-from appliance.ingot.settings import IngotDecisionSettings, IngotLimits, IngotSettings
+from appliance.ingot.learned_references import LearnedReferencesError, current_number, pair
+from appliance.ingot.settings import ComparisonSettings, IngotDecisionSettings, IngotLimits, IngotSettings
+from vision.ingot.classifiers.similarity import Comparison, Exponents
 from vision.ingot.end_finder import Box, EndFinder, EndLimits
 from vision.ingot.orientation_reader import IngotView, OrientationReader, References
 from vision.ingot.sequential_decision import DecisionRule
@@ -28,7 +28,7 @@ class ReferencesError(HotgaugeError):
 
 
 def load_view(folder: Path) -> IngotView:
-    """Read `top.png`, `bottom.png` and, if it is there, `roi.json`.
+    """Read the references in use, those of `top.png` and `bottom.png` unless others were learned, and `roi.json`.
 
     Raises
     ------
@@ -36,8 +36,8 @@ def load_view(folder: Path) -> IngotView:
         A file is missing, unreadable or malformed.
     """
     try:
-        top, bottom = (read_picture(folder / name).shown for name in ("top.png", "bottom.png"))
-    except CameraError as error:
+        top, bottom = pair(folder, current_number(folder))
+    except LearnedReferencesError as error:
         raise ReferencesError(f"{error}; references are top.png and bottom.png") from error
     return IngotView(References(top, bottom), *_regions(folder / "roi.json"))
 
@@ -140,9 +140,14 @@ def make_reader(settings: IngotSettings, view: IngotView, picture: Picture) -> O
     """
     finder = make_finder(ingot_regions(settings, view, picture), settings.limits, picture)
     try:
-        return OrientationReader(finder, view.references, settings.classifier)
+        return OrientationReader(finder, view.references, settings.classifier, _comparison(settings.comparison))
     except ValueError as error:
         raise ReferencesError(f"ingot.limits: {error}") from error
+
+
+def _comparison(settings: ComparisonSettings) -> Comparison:
+    exponents = Exponents(settings.luminance, settings.contrast, settings.structure)
+    return Comparison(exponents, settings.circular, settings.threshold)
 
 
 def _share(share: tuple[float, float, float, float], rows: int, columns: int) -> Box:

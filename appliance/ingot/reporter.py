@@ -30,6 +30,11 @@ class IngotReporter:
         self._seen_s = math.inf  # before the first picture nothing is missed
         self._decided: collections.deque[IngotVerdict] = collections.deque(maxlen=REPEATED_DECISIONS)
 
+    @property
+    def current(self) -> IngotDecision | None:
+        """Decision on the ingot on the line, or its evidence so far; None without an ingot."""
+        return self._follower.current
+
     def report(
         self, frame: Frame, reading: OrientationReading, elapsed_ms: float, *, dropped: int, simulated: bool
     ) -> IngotMessage:
