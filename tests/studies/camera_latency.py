@@ -15,7 +15,7 @@ TEXT = (
 REPEATABLE = False  # times of a computer and a day
 CHUNK = 1
 KINDS = ("rtsp_h264_tcp", "rtsp_h264_udp", "rtsp_mjpeg", "http_mjpeg", "gige")
-READINGS = 300
+READINGS = 150
 SCRIPT = Path(__file__).parents[1] / "kit" / "cameras" / "latency_of_registers.py"
 
 
