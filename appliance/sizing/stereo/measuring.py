@@ -9,7 +9,7 @@ from appliance.sizing.reading_rows import Judge
 from appliance.sizing.stereo.route_options import PRINTED_OPTIONS, add_route_options
 
 OWN_OPTIONS = {
-    "tangent": frozenset[str](),
+    "tangent": frozenset({"plot"}),
     "virtual-board": frozenset({*PRINTED_OPTIONS, "fusion", "plot"}),
     "one-camera": frozenset({*PRINTED_OPTIONS, "side", "plane_mm", "plot"}),
 }
