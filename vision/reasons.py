@@ -30,6 +30,7 @@ class Reason(enum.IntFlag):
     SOME_EDGES_CLIPPED = 1 << 16
     LOW_CONTRAST = 1 << 17
     FEW_WINDOWS = 1 << 18
+    SHIMMER = 1 << 19
     POOR_ALIGNMENT = 1 << 20
     BOARD_HELD = 1 << 21
     ROUTES_DISAGREE = 1 << 24
@@ -84,6 +85,7 @@ REASONS: tuple[ReasonRow, ...] = (
     ReasonRow(Reason.SOME_EDGES_CLIPPED, False, "part of a limb is overexposed; the uncertainty is widened"),
     ReasonRow(Reason.LOW_CONTRAST, False, "an edge of the bar stands out weakly from its background"),
     ReasonRow(Reason.FEW_WINDOWS, False, "fewer than half of the windows agree with the cylinder"),
+    ReasonRow(Reason.SHIMMER, False, "hot air or scale displaces the bar's edges by more than 0.2 px"),
     ReasonRow(Reason.POOR_ALIGNMENT, False, "the outlines overlap worse than a round bar's do on this rig"),
     ReasonRow(Reason.BOARD_HELD, False, "without a bar the virtual board stays at its last height"),
     ReasonRow(Reason.ROUTES_DISAGREE, False, "tangent planes and virtual board differ by more than both allow"),

@@ -26,6 +26,9 @@ class ReadingMessage(StationMessage):
     simulated : bool
         Whether the pictures come from a simulation or a recording.
     reading : SizeReading
+        Of the one bar; `several_bars` where there are more.
+    bars : tuple of SizeReading
+        Of bars side by side, from smaller x; empty where there is one or none.
     faults : dict of str to str
         Faults with which the value is still served: names in the fault table, each with its detail.
     """
@@ -38,6 +41,7 @@ class ReadingMessage(StationMessage):
     dropped: int
     simulated: bool
     reading: Annotated[SizeReading, NAN_AS_NULL]
+    bars: tuple[Annotated[SizeReading, NAN_AS_NULL], ...] = ()
     faults: dict[str, str] = Field(default_factory=dict)
 
 

@@ -7,7 +7,7 @@ import contextlib
 import math
 import threading
 import time
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 
 from pydantic import TypeAdapter
 
@@ -29,6 +29,8 @@ from appliance.sizing.message import ReadingMessage
 from appliance.sizing.method import ScaleError, SizingMethod
 from appliance.sizing.settings import Sizing
 from vision.readings import SizeReading
+from vision.reasons import Reason
+from vision.sizing.side_by_side import SideBySide
 
 PAIR_TIMEOUT_S = 0.2  # chosen
 RETRY_PAUSE_S = 1.0  # chosen: pause after equipment trouble
@@ -70,6 +72,7 @@ def _measure(settings: SizingMethod, link: StationLink, closed: threading.Event)
         gauge.warm_up()
     with source:
         liveness = Liveness(settings.liveness, time.monotonic(), numbered=source.simulated)
+        bars = SideBySide()
         guard = ExposureGuard(settings.exposure, adjustable=isinstance(source, Adjustable))
         while not closed.is_set():
             exposed = source.next(PAIR_TIMEOUT_S)
@@ -78,10 +81,12 @@ def _measure(settings: SizingMethod, link: StationLink, closed: threading.Event)
             if exposed is None or exposure is None or not verdict.counts:
                 report_rejected(verdict, link, opens_again=not source.simulated)
                 continue
-            reading, elapsed_ms = gauge.measure(*exposed.pictures)
+            measured, elapsed_ms = gauge.measure_bars(*exposed.pictures)
+            readings = bars.add(measured, exposed.exposed_monotonic_s)
             message = to_message(
-                reading, exposed, elapsed_ms, dropped=exposed.dropped + link.dropped, simulated=source.simulated
+                readings, exposed, elapsed_ms, dropped=exposed.dropped + link.dropped, simulated=source.simulated
             )
+            reading = message.reading
             faults = verdict.faults | _exposure_faults(guard, reading, exposed, source) | _heat(settings, exposed)
             link.send(message.model_copy(update={"faults": faults}))
 
@@ -128,13 +133,14 @@ def _stay_at_end(link: StationLink, closed: threading.Event, detail: str) -> Non
 
 
 def to_message(
-    reading: SizeReading, exposed: FramePair | Frame, elapsed_ms: float, *, dropped: int, simulated: bool
+    readings: Sequence[SizeReading], exposed: FramePair | Frame, elapsed_ms: float, *, dropped: int, simulated: bool
 ) -> ReadingMessage:
-    """Make the message of one reading.
+    """Make the message of one exposure.
 
     Parameters
     ----------
-    reading : SizeReading
+    readings : sequence of SizeReading
+        One for each bar, from smaller x.
     exposed : FramePair or Frame
         Exposure that was measured.
     elapsed_ms : float
@@ -151,7 +157,8 @@ def to_message(
         elapsed_ms=elapsed_ms,
         dropped=dropped,
         simulated=simulated,
-        reading=reading,
+        reading=readings[0] if len(readings) == 1 else SizeReading(reasons=Reason.SEVERAL_BARS),
+        bars=tuple(readings) if len(readings) > 1 else (),
     )
 
 

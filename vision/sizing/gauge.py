@@ -21,12 +21,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from vision.calibration.camera_turn import CameraTurn, camera_turn
 from vision.calibration.rig import Rig
+from vision.calibration.still_marks import MarksMotion
 from vision.readings import SizeReading
 from vision.reasons import Reason
 from vision.sent_picture import Codes, SentPicture
 from vision.sizing.checked_pictures import checked_pair
-from vision.sizing.tangent.gauge import TangentGauge
+from vision.sizing.region_grid import Outline
+from vision.sizing.tangent.bar_pairs import MOST_BARS, pairs_of_bars
+from vision.sizing.tangent.gauge import TangentGauge, one_bar
 from vision.sizing.virtual_board.gauge import VirtualBoardGauge
 from vision.sizing.virtual_board.reading import VirtualBoardReading
 
@@ -41,8 +45,8 @@ class Gauge:
     Parameters
     ----------
     rig : Rig
-    ovality_mm : float
-        Greatest minus least width of a section that the product may have.
+    ovality_mm : float or None
+        Greatest minus least width of a section that the product may have; None: what is usual of hot-rolled rounds.
 
     Raises
     ------
@@ -50,7 +54,7 @@ class Gauge:
         The rig has no world frame or no boards, or a camera does not see the measuring region.
     """
 
-    def __init__(self, rig: Rig, ovality_mm: float = 0.0) -> None:
+    def __init__(self, rig: Rig, ovality_mm: float | None = None) -> None:
         self._rig = rig
         self._beside = ThreadPoolExecutor(1)
         self._tangent = TangentGauge(rig, ovality_mm)
@@ -76,25 +80,59 @@ class Gauge:
             A picture is not of 8 or 16 bit, not grey or three-channel, or not of the size that the rig was calibrated
             for.
         """
-        pictures = checked_pair(self._rig, left, right)
-        outlines = self._tangent.find(*pictures)
-        moved_px = self._moved_px(*pictures)
-        moved = _reasons_of_move(max(np.nan_to_num(moved_px)))
-        if isinstance(outlines, Reason):
-            return SizeReading(reasons=outlines | moved)
-        if moved.forbids_value:
-            return SizeReading(reasons=moved)
-        beside = self._beside.submit(self._virtual_board.measure_bar, *pictures, outlines)
-        tangent = self._tangent.measure_bar(*pictures, outlines, moved_px)
-        reading = judged(tangent, beside.result())
-        return replace(reading, reasons=reading.reasons | moved)
+        readings = self.measure_bars(left, right)
+        return readings[0] if len(readings) == 1 else SizeReading(reasons=Reason.SEVERAL_BARS)
 
-    def _moved_px(self, left: SentPicture, right: SentPicture) -> tuple[float, float]:
-        """Distance that each camera's still marks (fixed background points) have moved, px."""
+    def measure_bars(self, left: SentPicture | Codes, right: SentPicture | Codes) -> tuple[SizeReading, ...]:
+        """Diameters of all bars side by side in one pair of pictures; parameters and errors as in `measure`.
+
+        Parameters
+        ----------
+        left, right : SentPicture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
+
+        Returns
+        -------
+        tuple of SizeReading
+            One, with the reasons of `measure`, unless a view shows several bars: then those that both views show, from
+            smaller x, at most `MOST_BARS`, by route T alone, and last one without a value for each outline that only
+            one view shows (`one_camera`).
+        """
+        pictures = checked_pair(self._rig, left, right)
+        outlines = self._tangent.outlines(*pictures)
+        motions = self._motions(*pictures)
+        moved = _reasons_of_move(max(np.nan_to_num([motion.moved_px for motion in motions])))
+        found = one_bar(outlines)
+        if isinstance(found, Reason) and Reason.SEVERAL_BARS not in found:
+            return (SizeReading(reasons=found | moved),)
+        if moved.forbids_value:
+            return (SizeReading(reasons=moved),)
+        turns = (camera_turn(self._rig.left, motions[0]), camera_turn(self._rig.right, motions[1]))
+        if isinstance(found, Reason):
+            readings = self._side_by_side(pictures, outlines, turns)
+        elif Reason.CALIBRATION_DUE in moved:  # route V does not allow for cameras that have turned
+            readings = (self._tangent.measure_bar(*pictures, found, turns),)
+        else:
+            beside = self._beside.submit(self._virtual_board.measure_bar, *pictures, found)
+            readings = (judged(self._tangent.measure_bar(*pictures, found, turns), beside.result()),)
+        return tuple(replace(reading, reasons=reading.reasons | moved) for reading in readings)
+
+    def _side_by_side(
+        self,
+        pictures: tuple[SentPicture, SentPicture],
+        outlines: tuple[list[Outline], list[Outline]],
+        turns: tuple[CameraTurn, CameraTurn],
+    ) -> tuple[SizeReading, ...]:
+        pairs, alone = pairs_of_bars(self._rig, *outlines)
+        readings = [self._tangent.measure_bar(*pictures, pair, turns) for pair in pairs]
+        readings += [SizeReading(reasons=Reason.ONE_CAMERA)] * alone
+        return tuple(readings[:MOST_BARS]) if len(readings) > 1 else (SizeReading(reasons=Reason.SEVERAL_BARS),)
+
+    def _motions(self, left: SentPicture, right: SentPicture) -> tuple[MarksMotion, MarksMotion]:
+        """How each camera's still marks (fixed background points) have moved."""
         marks = self._rig.marks
-        beside = self._beside.submit(marks[0].moved_px, left.shown)
-        right_px = marks[1].moved_px(right.shown)
-        return beside.result(), right_px
+        beside = self._beside.submit(marks[0].motion, left.shown)
+        right_motion = marks[1].motion(right.shown)
+        return beside.result(), right_motion
 
 
 def _reasons_of_move(moved_px: float) -> Reason:

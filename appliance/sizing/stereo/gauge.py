@@ -22,6 +22,7 @@ from vision.sizing.tangent.tangent_planes import TangentPlane
 
 Picture = NDArray[np.uint8]
 Reading_co = TypeVar("Reading_co", covariant=True)
+Result = TypeVar("Result")
 
 DRAWN_DIAMETER_MM = 150.0  # chosen: bar that `warm_up` draws
 
@@ -76,12 +77,20 @@ class TimedGauge(Generic[Reading_co]):
         RigError
             The pictures do not have the size that the rig was calibrated with.
         """
+        return self._timed(self._gauge.measure, left, right)
+
+    def _timed(
+        self,
+        measure: Callable[[SentPicture, SentPicture], Result],
+        left: SentPicture | Codes,
+        right: SentPicture | Codes,
+    ) -> tuple[Result, float]:
         pictures = SentPicture.of(left), SentPicture.of(right)
         self._check_size("left", self._rig.left.image_size, pictures[0].size)
         self._check_size("right", self._rig.right.image_size, pictures[1].size)
         started_s = time.perf_counter()
-        reading = self._gauge.measure(*pictures)
-        return reading, 1000 * (time.perf_counter() - started_s)
+        result = measure(*pictures)
+        return result, 1000 * (time.perf_counter() - started_s)
 
     def _check_size(self, side: str, calibrated: tuple[int, int], size: tuple[int, int]) -> None:
         if size != calibrated:
@@ -91,19 +100,52 @@ class TimedGauge(Generic[Reading_co]):
             )
 
 
-def rig_file_gauge(path: Path, ovality_mm: float) -> TimedGauge[SizeReading]:
+class TimedBarsGauge(TimedGauge[SizeReading]):
+    """The gauge of both routes, for one bar or several side by side, that returns its computing time.
+
+    Parameters
+    ----------
+    rig : Rig
+    name : str
+        File or camera of the rig, for error sentences.
+    ovality_mm : float or None
+        Largest ovality of the product: greatest minus least width of a cross section; None: what is usual.
+
+    Raises
+    ------
+    RigError
+        No diameter can be measured with this rig.
+    """
+
+    def __init__(self, rig: Rig, name: str, ovality_mm: float | None) -> None:
+        super().__init__(rig, name, partial(Gauge, ovality_mm=ovality_mm))
+        self._bars = Gauge(rig, ovality_mm)
+
+    def measure_bars(
+        self, left: SentPicture | Codes, right: SentPicture | Codes
+    ) -> tuple[tuple[SizeReading, ...], float]:
+        """Measure one pair: a reading for each bar, from smaller x, and computing time, ms; see `measure`.
+
+        Parameters
+        ----------
+        left, right : SentPicture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
+        """
+        return self._timed(self._bars.measure_bars, left, right)
+
+
+def rig_file_gauge(path: Path, ovality_mm: float | None) -> TimedBarsGauge:
     """Make the gauge of a rig file; raises `RigError` as `load_rig` and `TimedGauge` do.
 
     Parameters
     ----------
     path : Path
-    ovality_mm : float
-        Largest ovality of the product: greatest minus least width of a cross section.
+    ovality_mm : float or None
+        Largest ovality of the product: greatest minus least width of a cross section; None: what is usual.
     """
     return pair_gauge(load_rig(path), str(path), ovality_mm)
 
 
-def pair_gauge(rig: Rig, name: str, ovality_mm: float) -> TimedGauge[SizeReading]:
+def pair_gauge(rig: Rig, name: str, ovality_mm: float | None) -> TimedBarsGauge:
     """Make the gauge of a rig, by both routes; raises `RigError` as `TimedGauge` does.
 
     Parameters
@@ -111,10 +153,10 @@ def pair_gauge(rig: Rig, name: str, ovality_mm: float) -> TimedGauge[SizeReading
     rig : Rig
     name : str
         File or camera of the rig, for error sentences.
-    ovality_mm : float
-        Largest ovality of the product: greatest minus least width of a cross section.
+    ovality_mm : float or None
+        Largest ovality of the product: greatest minus least width of a cross section; None: what is usual.
     """
-    return TimedGauge[SizeReading](rig, name, partial(Gauge, ovality_mm=ovality_mm))
+    return TimedBarsGauge(rig, name, ovality_mm)
 
 
 def _drawn_bar(camera: Camera) -> Picture:

@@ -1,6 +1,7 @@
 """Measures a recording frame by frame and writes what it found as JSON lines or CSV."""
 
 import contextlib
+from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
 from typing import Literal
@@ -9,18 +10,21 @@ from tqdm import tqdm
 
 from appliance.cameras.recording.pairs import Recording
 from appliance.files.atomic_file import whole_file
-from appliance.files.row_writer import row_writer
+from appliance.files.row_writer import Row, row_writer
 from appliance.sizing.reading_rows import COLUMNS, row
-from appliance.sizing.stereo.gauge import TimedGauge
+from appliance.sizing.stereo.gauge import TimedBarsGauge, TimedGauge, rig_file_gauge
 from appliance.sizing.stereo.plots import Plots
 from appliance.sizing.stereo.rig_file import load_rig
 from vision.edges.operators import EdgeMethod
-from vision.readings import SizeReading
-from vision.sizing.gauge import Gauge
+from vision.sent_picture import SentPicture
+from vision.sizing.side_by_side import SideBySide
 from vision.sizing.virtual_board.gauge import Fusion, VirtualBoardGauge
 from vision.sizing.virtual_board.reading import VirtualBoardReading
 
 Method = Literal["tangent", "virtual-board"]
+Frames = Iterable[tuple[int, SentPicture, SentPicture]]
+
+FRAME_RATE_HZ = 25.0  # of a recording, as nothing tells its own; gaps between bars are told by it
 
 
 def measure_recording(
@@ -32,6 +36,7 @@ def measure_recording(
     edges: EdgeMethod = "forest",
     fusion: Fusion = "none",
     plots: Path | None = None,
+    ovality_mm: float | None = None,
 ) -> None:
     """Measure every frame of a recording; the output appears whole or not at all.
 
@@ -51,6 +56,8 @@ def measure_recording(
         How route V alone makes one picture out of both views, one of `FUSIONS`.
     plots : Path, optional
         Folder for plots of route V alone.
+    ovality_mm : float, optional
+        Greatest minus least width of a section that the product may have; without it, what is usual.
 
     Raises
     ------
@@ -63,20 +70,32 @@ def measure_recording(
     OSError
         `output` cannot be written, or the folder of plots not made.
     """
-    drawing = Plots(plots) if plots is not None else None
-    gauge: TimedGauge[SizeReading | VirtualBoardReading] = TimedGauge(
-        load_rig(rig),
-        str(rig),
-        Gauge if method == "tangent" else partial(VirtualBoardGauge, edges=edges, fusion=fusion),
-    )
     with contextlib.closing(Recording(recording)) as frames, whole_file(output) as file:
         write = row_writer(output, file, COLUMNS)
-        for frame, left, right in tqdm(frames, unit="frame", disable=None):
-            reading, elapsed_ms = gauge.measure(left, right)
-            if isinstance(reading, VirtualBoardReading):
-                if drawing is not None:
-                    drawing.add(frame, reading)
-                reading = reading.size_reading()
-            write(row(frame, reading, elapsed_ms))
+        shown = tqdm(frames, unit="frame", disable=None)
+        if method == "tangent":
+            _measure_bars(shown, rig_file_gauge(rig, ovality_mm), write)
+        else:
+            make = partial(VirtualBoardGauge, edges=edges, fusion=fusion)
+            gauge = TimedGauge[VirtualBoardReading](load_rig(rig), str(rig), make)
+            _measure_virtual_boards(shown, gauge, write, Plots(plots) if plots is not None else None)
+
+
+def _measure_bars(frames: Frames, gauge: TimedBarsGauge, write: Callable[[Row], None]) -> None:
+    bars = SideBySide()
+    for frame, left, right in frames:
+        readings, elapsed_ms = gauge.measure_bars(left, right)
+        for number, reading in enumerate(bars.add(readings, frame / FRAME_RATE_HZ)):
+            write(row(frame, reading, elapsed_ms, bar=number))
+
+
+def _measure_virtual_boards(
+    frames: Frames, gauge: TimedGauge[VirtualBoardReading], write: Callable[[Row], None], drawing: Plots | None
+) -> None:
+    for frame, left, right in frames:
+        reading, elapsed_ms = gauge.measure(left, right)
+        if drawing is not None:
+            drawing.add(frame, reading)
+        write(row(frame, reading.size_reading(), elapsed_ms))
     if drawing is not None:
         drawing.write()

@@ -6,17 +6,22 @@ from typing import ClassVar
 from appliance.command_options import CommandError, one_of
 from appliance.sizing.measuring import Measuring
 
+MOST_OVALITY_MM = 20.0  # as the setting sizing.ovality_mm allows
+
 
 class StereoMeasuring(Measuring):
     """Measures by tangent planes checked by virtual boards, or by virtual boards alone."""
 
     names: ClassVar[tuple[str, ...]] = ("tangent", "virtual-board")
     text: ClassVar[str] = "tangent unless given; virtual-board is the dissertation's, alone"
-    options: ClassVar[tuple[str, ...]] = ("rig", "edges", "fusion", "plot")
+    options: ClassVar[tuple[str, ...]] = ("rig", "edges", "fusion", "plot", "ovality")
 
     def add_options(self, command: argparse.ArgumentParser) -> None:
         """Declare edge detector and fusion of virtual boards."""
         command.add_argument("--edges", metavar="NAME", help="edge detector of virtual-board, forest unless given")
+        command.add_argument(
+            "--ovality", type=_length, metavar="MM", help="greatest minus least width of a section; 0.6 %% unless given"
+        )
         command.add_argument(
             "--fusion", metavar="NAME", help="views of virtual-board in one picture, none unless given"
         )
@@ -32,6 +37,8 @@ class StereoMeasuring(Measuring):
         for option in ("edges", "fusion", "plot"):
             if given.method == "tangent" and getattr(given, option) is not None:
                 raise CommandError(f"--{option}: only virtual boards have it; add --method virtual-board")
+        if given.method == "virtual-board" and given.ovality is not None:
+            raise CommandError("--ovality: virtual boards alone have no part for it; leave it out")
         edges = one_of(EDGE_METHODS, given.edges or "forest", "--edges")
         fusion = one_of(FUSIONS, given.fusion or "none", "--fusion")
         measure_recording(
@@ -42,4 +49,12 @@ class StereoMeasuring(Measuring):
             edges=edges,
             fusion=fusion,
             plots=given.plot,
+            ovality_mm=given.ovality,
         )
+
+
+def _length(text: str) -> float:
+    number = float(text)
+    if not 0 <= number <= MOST_OVALITY_MM:
+        raise ValueError
+    return number

@@ -72,7 +72,7 @@ class ToldGauge:
     def warm_up(self) -> None:
         pass
 
-    def measure(self, left: SentPicture, _right: SentPicture) -> tuple[SizeReading, float]:
+    def measure_bars(self, left: SentPicture, _right: SentPicture) -> tuple[tuple[SizeReading, ...], float]:
         mode = told()
         if mode == "native crash":
             ctypes.string_at(0)
@@ -85,7 +85,8 @@ class ToldGauge:
         elif mode == "hang":
             time.sleep(3600)
         diameter_mm = 200 + float(left.shown[0, 0]) / 100
-        return SizeReading(diameter_mm=diameter_mm, expanded_uncertainty_mm=0.2, windows_kept=20, windows_total=25), 1.0
+        reading = SizeReading(diameter_mm=diameter_mm, expanded_uncertainty_mm=0.2, windows_kept=20, windows_total=25)
+        return (reading,), 1.0
 
 
 if __name__ == "__main__":
