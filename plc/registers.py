@@ -14,6 +14,7 @@ A set point as the PLC writes it, in hundredths of a millimetre:
 (200, 10050, 100.5)
 """
 
+from plc.bars import bars
 from plc.codes import Decision, DeviceState, Orientation, Validity
 from plc.rings import INGOT_SLOT, READING_SLOT, ring
 from plc.rows import NO_VALUE, Block, Register, Table, Type, select, span, spare
@@ -23,7 +24,7 @@ WORDS_END = 625  # of input and holding registers: whole requests of 125 words, 
 SHELVE_FIRST = 34  # coil that shelves alarm 0
 BITS_END = 64  # of coils and discrete inputs: whole groups of 16 or 32
 
-BLOCKS: tuple[Block, ...] = ("measurement", "reading_ring", "ingot_ring")
+BLOCKS: tuple[Block, ...] = ("measurement", "reading_ring", "ingot_ring", "bars")
 _BLOCK: tuple[Table, ...] = ("input", "holding")
 
 
@@ -220,9 +221,10 @@ REGISTERS: tuple[Register, ...] = (
     ),
     *ring(300, "reading_ring", "reading", READING_SLOT),
     *ring(420, "ingot_ring", "ingot", INGOT_SLOT),
+    *bars(540),
 )
 
-MEASUREMENTS, READING_RING, INGOT_RING = (span(select(REGISTERS, "input", "r", block)) for block in BLOCKS)
+MEASUREMENTS, READING_RING, INGOT_RING, BARS = (span(select(REGISTERS, "input", "r", block)) for block in BLOCKS)
 SET_POINTS = span(select(REGISTERS, "holding", "rw"))
 ALARMS = span(select(REGISTERS, "coil", "r"))
 COMMANDS = span(select(REGISTERS, "coil", "rw"))

@@ -28,7 +28,7 @@ class ReadingMessage(StationMessage):
     reading : SizeReading
         Of the one bar; `several_bars` where there are more.
     bars : tuple of SizeReading
-        Of bars side by side, from smaller x; empty where there is one or none.
+        Of bars side by side, each in the slot that it keeps; empty where there is one or none.
     faults : dict of str to str
         Faults with which the value is still served: names in the fault table, each with its detail.
     """

@@ -58,8 +58,8 @@ class TimedReader(Protocol):
     """A gauge that also returns its computing time."""
 
     @property
-    def measure_bars(self) -> "Callable[..., tuple[tuple[SizeReading, ...], float]]":
-        """Measure one exposure, left picture first: a reading a bar, computing time, ms; raises `ScaleError`."""
+    def measure_exposed(self) -> "Callable[..., tuple[tuple[SizeReading, ...], float]]":
+        """Measure an exposure of the source: a reading a bar, computing time, ms; raises `ScaleError`."""
         ...
 
     def warm_up(self) -> None:

@@ -42,6 +42,24 @@ PUBLISHED: dict[str, Callable[[SizeReading], Value]] = {
 """Quantities of a reading, by the name of their register; NaN and None become "no value" there."""
 
 
+def _validity(reading: SizeReading) -> Validity:
+    if not reading.valid:
+        return Validity.NONE
+    return Validity.VALID_WITH_REASONS if reading.reasons else Validity.VALID
+
+
+PUBLISHED_OF_BARS: dict[str, Callable[[SizeReading], Value]] = {
+    "diameter": PUBLISHED["diameter"],
+    "expanded_uncertainty": PUBLISHED["expanded_uncertainty"],
+    "mean_diameter": PUBLISHED["bar_diameter"],
+    "mean_expanded_uncertainty": PUBLISHED["bar_expanded_uncertainty"],
+    "offset": lambda reading: reading.offset_mm if reading.valid else None,
+    "validity": _validity,
+    "reason_word": lambda reading: reading.reasons,
+}
+"""Quantities of each of several bars side by side, by the field of their slot."""
+
+
 class Publication:
     """The newest reading of the sizing station, and whether it may be served.
 
@@ -130,6 +148,9 @@ class Publication:
             values["timestamp"] = self._newest.exposed_utc_ms
         if self.standing is not None:
             values |= {register: value(self.standing.reading) for register, value in PUBLISHED.items()}
+            values["bars_count"] = sum(Reason.NO_BAR not in bar.reasons for bar in self.standing.bars)
+            for number, bar in enumerate(self.standing.bars, start=1):
+                values |= {f"bar_{number}_{field}": value(bar) for field, value in PUBLISHED_OF_BARS.items()}
         return values
 
     def _count(self) -> None:

@@ -81,10 +81,15 @@ def _measure(settings: SizingMethod, link: StationLink, closed: threading.Event)
             if exposed is None or exposure is None or not verdict.counts:
                 report_rejected(verdict, link, opens_again=not source.simulated)
                 continue
-            measured, elapsed_ms = gauge.measure_bars(*exposed.pictures)
+            measured, elapsed_ms = gauge.measure_exposed(exposed)
             readings = bars.add(measured, exposed.exposed_monotonic_s)
             message = to_message(
-                readings, exposed, elapsed_ms, dropped=exposed.dropped + link.dropped, simulated=source.simulated
+                readings,
+                exposed,
+                elapsed_ms,
+                slots=bars.slots,
+                dropped=exposed.dropped + link.dropped,
+                simulated=source.simulated,
             )
             reading = message.reading
             faults = verdict.faults | _exposure_faults(guard, reading, exposed, source) | _heat(settings, exposed)
@@ -133,7 +138,13 @@ def _stay_at_end(link: StationLink, closed: threading.Event, detail: str) -> Non
 
 
 def to_message(
-    readings: Sequence[SizeReading], exposed: FramePair | Frame, elapsed_ms: float, *, dropped: int, simulated: bool
+    readings: Sequence[SizeReading],
+    exposed: FramePair | Frame,
+    elapsed_ms: float,
+    *,
+    slots: tuple[SizeReading, ...],
+    dropped: int,
+    simulated: bool,
 ) -> ReadingMessage:
     """Make the message of one exposure.
 
@@ -145,6 +156,8 @@ def to_message(
         Exposure that was measured.
     elapsed_ms : float
         Computing time.
+    slots : tuple of SizeReading
+        Of bars side by side, each in the slot that it keeps.
     dropped : int
         Exposures and messages discarded since the process started.
     simulated : bool
@@ -158,7 +171,7 @@ def to_message(
         dropped=dropped,
         simulated=simulated,
         reading=readings[0] if len(readings) == 1 else SizeReading(reasons=Reason.SEVERAL_BARS),
-        bars=tuple(readings) if len(readings) > 1 else (),
+        bars=slots if len(readings) > 1 else (),
     )
 
 

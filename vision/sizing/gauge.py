@@ -16,12 +16,14 @@ uncertainties, sqrt(U_T^2 + U_V^2), but the trust in it is limited:
 """
 
 import math
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from vision.calibration.camera_turn import CameraTurn, camera_turn
+from vision.calibration.camera_turn import camera_turn
 from vision.calibration.rig import Rig
 from vision.calibration.still_marks import MarksMotion
 from vision.readings import SizeReading
@@ -83,12 +85,16 @@ class Gauge:
         readings = self.measure_bars(left, right)
         return readings[0] if len(readings) == 1 else SizeReading(reasons=Reason.SEVERAL_BARS)
 
-    def measure_bars(self, left: SentPicture | Codes, right: SentPicture | Codes) -> tuple[SizeReading, ...]:
-        """Diameters of all bars side by side in one pair of pictures; parameters and errors as in `measure`.
+    def measure_bars(
+        self, left: SentPicture | Codes, right: SentPicture | Codes, *, synchronous: bool = False
+    ) -> tuple[SizeReading, ...]:
+        """Diameters of all bars side by side in one pair of pictures; errors as in `measure`.
 
         Parameters
         ----------
         left, right : SentPicture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
+        synchronous : bool
+            Whether time stamps prove that both cameras exposed together.
 
         Returns
         -------
@@ -107,24 +113,24 @@ class Gauge:
         if moved.forbids_value:
             return (SizeReading(reasons=moved),)
         turns = (camera_turn(self._rig.left, motions[0]), camera_turn(self._rig.right, motions[1]))
+        still = synchronous and not any(math.isnan(motion.moved_px) for motion in motions)
+        measure_bar = partial(self._tangent.measure_bar, *pictures, turns=turns, synchronous=still)
         if isinstance(found, Reason):
-            readings = self._side_by_side(pictures, outlines, turns)
+            readings = self._side_by_side(outlines, measure_bar)
         elif Reason.CALIBRATION_DUE in moved:  # route V does not allow for cameras that have turned
-            readings = (self._tangent.measure_bar(*pictures, found, turns),)
+            readings = (measure_bar(found),)
         else:
             beside = self._beside.submit(self._virtual_board.measure_bar, *pictures, found)
-            readings = (judged(self._tangent.measure_bar(*pictures, found, turns), beside.result()),)
+            readings = (judged(measure_bar(found), beside.result()),)
         return tuple(replace(reading, reasons=reading.reasons | moved) for reading in readings)
 
     def _side_by_side(
         self,
-        pictures: tuple[SentPicture, SentPicture],
         outlines: tuple[list[Outline], list[Outline]],
-        turns: tuple[CameraTurn, CameraTurn],
+        measure_bar: Callable[[tuple[Outline, Outline]], SizeReading],
     ) -> tuple[SizeReading, ...]:
         pairs, alone = pairs_of_bars(self._rig, *outlines)
-        readings = [self._tangent.measure_bar(*pictures, pair, turns) for pair in pairs]
-        readings += [SizeReading(reasons=Reason.ONE_CAMERA)] * alone
+        readings = [measure_bar(pair) for pair in pairs] + [SizeReading(reasons=Reason.ONE_CAMERA)] * alone
         return tuple(readings[:MOST_BARS]) if len(readings) > 1 else (SizeReading(reasons=Reason.SEVERAL_BARS),)
 
     def _motions(self, left: SentPicture, right: SentPicture) -> tuple[MarksMotion, MarksMotion]:

@@ -192,6 +192,7 @@ class RecordingSource:
             exposed_utc_ms=utc_ms(moment_s),
             dropped=self._pacer.dropped,
             repeated=repeated,
+            stamped=self._stamps.measured,
         )
 
 
@@ -201,7 +202,12 @@ class _Stamps:
     def __init__(self, folder: Path, rate_hz: float) -> None:
         self._path = folder / "timestamps.csv"
         self._rate_hz = rate_hz
-        self._table = _read_stamps(self._path) if self._path.is_file() else None
+        self._table = read_stamps(folder)
+
+    @property
+    def measured(self) -> bool:
+        """Whether they are those of `timestamps.csv`."""
+        return self._table is not None
 
     def of(self, number: int, sequence: int, lap: int) -> tuple[int, int]:
         """Time stamps of both exposures of a frame, µs."""
@@ -222,7 +228,11 @@ def _lap_us(table: dict[int, tuple[int, int]]) -> int:
     return span_us + span_us // max(1, len(stamps) - 1)
 
 
-def _read_stamps(path: Path) -> dict[int, tuple[int, int]]:
+def read_stamps(folder: Path) -> dict[int, tuple[int, int]] | None:
+    """Time stamps of both exposures by frame, µs; None without `timestamps.csv`, `CameraError` if it is wrong."""
+    path = folder / "timestamps.csv"
+    if not path.is_file():
+        return None
     try:
         with path.open(newline="", encoding="utf-8") as file:
             rows = list(csv.DictReader(file))

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from appliance.cameras.recording.picture_file import read_picture
-from appliance.cameras.source import CameraError
+from appliance.cameras.source import CameraError, Frame
 from appliance.sizing.method import ScaleError
 from vision.pictures import is_false_colour
 from vision.readings import SizeReading
@@ -122,9 +122,9 @@ class TimedConveyorGauge:
         reading = self._gauge.measure(picture)
         return reading, 1000 * (time.perf_counter() - started_s)
 
-    def measure_bars(self, picture: Picture) -> tuple[tuple[SizeReading, ...], float]:
-        """Measure the one bar of a picture, as a gauge of several would; parameters and errors as in `measure`."""
-        reading, elapsed_ms = self.measure(picture)
+    def measure_exposed(self, exposed: Frame) -> tuple[tuple[SizeReading, ...], float]:
+        """Measure the one bar of an exposure: its reading alone, and computing time, ms; raises as `measure`."""
+        reading, elapsed_ms = self.measure(exposed.picture)
         return (reading,), elapsed_ms
 
 

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from appliance.cameras.source import FramePair
 from appliance.sizing.stereo.rig_file import RigError, load_rig
 from vision.calibration.rig import Rig
 from vision.geometry.camera import Camera
@@ -122,15 +123,21 @@ class TimedBarsGauge(TimedGauge[SizeReading]):
         self._bars = Gauge(rig, ovality_mm)
 
     def measure_bars(
-        self, left: SentPicture | Codes, right: SentPicture | Codes
+        self, left: SentPicture | Codes, right: SentPicture | Codes, *, synchronous: bool = False
     ) -> tuple[tuple[SizeReading, ...], float]:
         """Measure one pair: a reading for each bar, from smaller x, and computing time, ms; see `measure`.
 
         Parameters
         ----------
         left, right : SentPicture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
+        synchronous : bool
+            Whether time stamps prove that both cameras exposed together.
         """
-        return self._timed(self._bars.measure_bars, left, right)
+        return self._timed(partial(self._bars.measure_bars, synchronous=synchronous), left, right)
+
+    def measure_exposed(self, exposed: FramePair) -> tuple[tuple[SizeReading, ...], float]:
+        """Measure an exposure with what its time stamps tell; see `measure_bars`."""
+        return self.measure_bars(*exposed.pictures, synchronous=exposed.synchronous)
 
 
 def rig_file_gauge(path: Path, ovality_mm: float | None) -> TimedBarsGauge:

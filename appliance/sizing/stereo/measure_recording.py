@@ -1,14 +1,15 @@
 """Measures a recording frame by frame and writes what it found as JSON lines or CSV."""
 
 import contextlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Literal
 
 from tqdm import tqdm
 
-from appliance.cameras.recording.pairs import Recording
+from appliance.cameras.recording.pairs import Recording, read_stamps
+from appliance.cameras.source import together
 from appliance.files.atomic_file import whole_file
 from appliance.files.row_writer import Row, row_writer
 from appliance.sizing.reading_rows import COLUMNS, row
@@ -24,7 +25,7 @@ from vision.sizing.virtual_board.reading import VirtualBoardReading
 Method = Literal["tangent", "virtual-board"]
 Frames = Iterable[tuple[int, SentPicture, SentPicture]]
 
-FRAME_RATE_HZ = 25.0  # of a recording, as nothing tells its own; gaps between bars are told by it
+FRAME_PERIOD_US = 40_000  # of a recording whose time stamps are missing; gaps between bars are told by it
 
 
 def measure_recording(
@@ -74,18 +75,25 @@ def measure_recording(
         write = row_writer(output, file, COLUMNS)
         shown = tqdm(frames, unit="frame", disable=None)
         if method == "tangent":
-            _measure_bars(shown, rig_file_gauge(rig, ovality_mm), write)
+            _measure_bars(shown, rig_file_gauge(rig, ovality_mm), write, read_stamps(recording))
         else:
             make = partial(VirtualBoardGauge, edges=edges, fusion=fusion)
             gauge = TimedGauge[VirtualBoardReading](load_rig(rig), str(rig), make)
             _measure_virtual_boards(shown, gauge, write, Plots(plots) if plots is not None else None)
 
 
-def _measure_bars(frames: Frames, gauge: TimedBarsGauge, write: Callable[[Row], None]) -> None:
+def _measure_bars(
+    frames: Frames,
+    gauge: TimedBarsGauge,
+    write: Callable[[Row], None],
+    stamps: Mapping[int, tuple[int, int]] | None,
+) -> None:
     bars = SideBySide()
     for frame, left, right in frames:
-        readings, elapsed_ms = gauge.measure_bars(left, right)
-        for number, reading in enumerate(bars.add(readings, frame / FRAME_RATE_HZ)):
+        left_us, right_us = (stamps or {}).get(frame, (frame * FRAME_PERIOD_US, None))
+        synchronous = right_us is not None and together(left_us, right_us)
+        readings, elapsed_ms = gauge.measure_bars(left, right, synchronous=synchronous)
+        for number, reading in enumerate(bars.add(readings, left_us / 1e6)):
             write(row(frame, reading, elapsed_ms, bar=number))
 
 
