@@ -94,12 +94,15 @@ class PassingBar:
             return 0.0
         return float(self._diameters()[0].std(ddof=1))
 
+    def _stated_mm(self) -> float:
+        """Standard uncertainty of the mean by what the frames state of themselves."""
+        return float(1 / np.sqrt(np.sum(self._diameters()[1] ** -2)))
+
     def _mean(self) -> tuple[float, float]:
         """Weighted mean and its standard uncertainty from what frames do not share."""
         diameter_mm, own_mm = self._diameters()
         weight = own_mm**-2 / np.sum(own_mm**-2)
-        mean_mm = float(weight @ diameter_mm)
-        stated_mm = float(np.sqrt(weight**2 @ own_mm**2))
+        mean_mm, stated_mm = float(weight @ diameter_mm), self._stated_mm()
         if len(diameter_mm) < LEAST_FRAMES_SCATTER:
             return mean_mm, stated_mm
         away = diameter_mm - mean_mm
@@ -113,9 +116,10 @@ class PassingBar:
         section = turning_section(
             np.array([frame.time_s for frame in self._frames]),
             np.array([[frame.reading.width_left_mm, frame.reading.width_right_mm] for frame in self._frames]),
+            float(np.median(self._diameters()[1])),
         )
         if section is not None:  # over half a turn all widths were seen
-            mean_mm, u_mm, shape_mm = section.diameter_mm, max(u_mm, section.u_diameter_mm), 0.0
+            mean_mm, u_mm, shape_mm = section.diameter_mm, max(self._stated_mm(), section.u_diameter_mm), 0.0
         shared_mm = math.hypot(
             newest.u_calibration_mm, newest.u_board_mm, newest.u_light_mm, newest.u_model_mm, _number(shape_mm)
         )

@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 
 LEAST_FRAMES = 12  # chosen: five unknowns and a speed take at least twelve pairs of widths
 SPEEDS = 60  # chosen: speeds of the grid, from one wave of widths over all frames to a quarter of the frame rate
+LEAST_SCATTER = 1.5  # chosen: noise alone scatters by 1, and the fits of all speeds take 3 ms
 LEAST_WAVES = 1.0  # a whole wave: half a turn of the bar, after which all widths were seen
 CLEAR_SIGMAS = 5.0  # chosen: an amplitude of fewer standard uncertainties may be chance, the best of `SPEEDS`
 LEAST_EXPLAINED_SHARE = 0.6  # chosen: share of the widths' variance that the turn must explain
@@ -30,7 +31,7 @@ class TurningSection:
     u_ovality_mm: float
 
 
-def turning_section(time_s: Array, width_mm: Array) -> TurningSection | None:
+def turning_section(time_s: Array, width_mm: Array, noise_mm: float) -> TurningSection | None:
     """Fit a turning ellipse to widths.
 
     Parameters
@@ -39,6 +40,8 @@ def turning_section(time_s: Array, width_mm: Array) -> TurningSection | None:
         Increasing.
     width_mm : ndarray of float64, shape (n, 2)
         Across the left and the right view; NaN where a view shows no width.
+    noise_mm : float
+        Standard uncertainty of a width of its own; widths that scatter by no more than `LEAST_SCATTER` of it are alike.
 
     Returns
     -------
@@ -49,6 +52,8 @@ def turning_section(time_s: Array, width_mm: Array) -> TurningSection | None:
     time_s, width_mm = time_s[both] - (time_s[both][0] if both.any() else 0.0), width_mm[both]
     count = len(time_s)
     if count < LEAST_FRAMES or not time_s[-1] > 0:
+        return None
+    if width_mm.std() < LEAST_SCATTER * noise_mm:
         return None
     waves = np.linspace(LEAST_WAVES, max(LEAST_WAVES + 1, count / 4), SPEEDS)
     fits = [_fit(2 * math.pi * wave * time_s / time_s[-1], width_mm) for wave in waves]
