@@ -55,8 +55,8 @@ class MeanUncertainty:
         # sum of (x_i - m)(x_i-1 - m): the first one (0) and the last one have one neighbour each
         both_ends = self._last_mm - self._first_mm
         neighbours = self._products - mean * (2 * self._sum - both_ends) + (count - 1) * mean**2
-        r = neighbours / squares + 1 / count if squares > 0 else 0.0
-        r = min(max(r, 0.0), 1 - 2 / count)
+        r = neighbours / squares if squares > 0 else 0.0
+        r = min(max(r + (1 + 3 * max(r, 0.0)) / count, 0.0), 1 - 2 / count)  # with the bias of short series added back
         return squares / (count - 1) / count * (1 + r) / (1 - r)
 
 

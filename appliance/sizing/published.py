@@ -24,11 +24,13 @@ PUBLISHED: dict[str, Callable[[SizeReading], Value]] = {
     "bar_present": lambda reading: Reason.NO_BAR not in reading.reasons,
     "diameter": lambda reading: reading.diameter_mm if reading.valid else None,
     "expanded_uncertainty": lambda reading: reading.expanded_uncertainty_mm if reading.valid else None,
-    "bar_frames": lambda reading: reading.bar_frames or None,
-    "bar_diameter": lambda reading: reading.bar_diameter_mm,
-    "bar_expanded_uncertainty": lambda reading: reading.bar_expanded_uncertainty_mm,
-    "bar_ovality": lambda reading: reading.bar_ovality_mm,
-    "bar_ovality_expanded_uncertainty": lambda reading: reading.bar_ovality_expanded_uncertainty_mm,
+    "bar_frames": lambda reading: reading.bar_frames if reading.valid and reading.bar_frames else None,
+    "bar_diameter": lambda reading: reading.bar_diameter_mm if reading.valid else None,
+    "bar_expanded_uncertainty": lambda reading: reading.bar_expanded_uncertainty_mm if reading.valid else None,
+    "bar_ovality": lambda reading: reading.bar_ovality_mm if reading.valid else None,
+    "bar_ovality_expanded_uncertainty": lambda reading: (
+        reading.bar_ovality_expanded_uncertainty_mm if reading.valid else None
+    ),
     "camber": lambda reading: reading.camber_mm if reading.valid else None,
     "camber_expanded_uncertainty": lambda reading: 2 * reading.u_camber_mm if reading.valid else None,
     "hop_height": lambda reading: reading.axis_height_mm - reading.diameter_mm / 2 if reading.valid else None,

@@ -10,7 +10,7 @@ from vision.sizing.gauge import Gauge
 
 TEXT = (
     "Two, three and four clean bars side by side, 25 to 50 mm apart, one pair of pictures of each; rigs and "
-    "calibrations as in served_diameter, 800 x 600. A value belongs to the bar whose axis is nearest across the line; one that is "
+    "calibrations as in served_diameter, 800 x 600. A value belongs to the bar whose axis is nearest; one that is "
     "further than 20 mm from any, or a second one of a bar, is false."
 )
 SEEDS = range(4000, 4015)

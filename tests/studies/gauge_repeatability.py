@@ -27,7 +27,7 @@ def run(case):
     name, seed = case["condition"], case["seed"]
     effects = CONDITIONS[name]
     setup = set_up("clean" if effects else name, seed, effects=effects)
-    gauge = Gauge(rig_with_marks(seed))
+    gauge = Gauge(rig_with_marks(seed), 0.0)
     readings = [gauge.measure(*(off_response(one, seed) for one in setup.pair(frame))) for frame in range(FRAMES)]
     value_mm = np.array([reading.diameter_mm for reading in readings if reading.valid])
     virtual_mm = np.array([reading.diameter_virtual_board_mm for reading in readings])

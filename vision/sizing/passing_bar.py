@@ -37,7 +37,7 @@ class _Frame:
     @property
     def own_mm(self) -> float:
         """Standard uncertainty that it does not share with other frames."""
-        return math.hypot(self.reading.u_edge_mm, _number(self.reading.u_motion_mm), LEAST_OWN_MM)
+        return math.hypot(_number(self.reading.u_edge_mm), _number(self.reading.u_motion_mm), LEAST_OWN_MM)
 
 
 class PassingBar:
@@ -111,23 +111,21 @@ class PassingBar:
 
     def _with_bar(self, reading: SizeReading) -> SizeReading:
         mean_mm, u_mm = self._mean()
-        newest = self._frames[-1].reading
-        shape_mm = newest.u_shape_mm
+        newest = self._frames[-1]
+        shared_mm2 = (newest.reading.expanded_uncertainty_mm / 2) ** 2 - newest.own_mm**2
         section = turning_section(
             np.array([frame.time_s for frame in self._frames]),
             np.array([[frame.reading.width_left_mm, frame.reading.width_right_mm] for frame in self._frames]),
             float(np.median(self._diameters()[1])),
         )
         if section is not None:  # over half a turn all widths were seen
-            mean_mm, u_mm, shape_mm = section.diameter_mm, max(self._stated_mm(), section.u_diameter_mm), 0.0
-        shared_mm = math.hypot(
-            newest.u_calibration_mm, newest.u_board_mm, newest.u_light_mm, newest.u_model_mm, _number(shape_mm)
-        )
+            mean_mm, u_mm = section.diameter_mm, max(self._stated_mm(), section.u_diameter_mm)
+            shared_mm2 -= _number(newest.reading.u_shape_mm) ** 2
         return replace(
             reading,
             bar_frames=len(self._frames),
             bar_diameter_mm=mean_mm,
-            bar_expanded_uncertainty_mm=2 * math.hypot(u_mm, shared_mm),
+            bar_expanded_uncertainty_mm=2 * math.sqrt(u_mm**2 + max(shared_mm2, 0.0)),
             bar_ovality_mm=section.ovality_mm if section else math.nan,
             bar_ovality_expanded_uncertainty_mm=2 * section.u_ovality_mm if section else math.nan,
         )
@@ -147,9 +145,9 @@ def _correlation_factor(away: Array) -> float:
     """Variance of a mean over that of independent values, from the correlation r of neighbours: (1 + r) / (1 - r).
 
     That of a first-order autoregression (Bayley and Hammersley, doi:10.2307/2983560); r is estimated with the bias of
-    short series added back, 1 / n, and not below 0.
+    short series added back, (1 + 3 r) / n (Kendall, doi:10.2307/2333193), and not below 0.
     """
     count = len(away)
-    neighbours = float(away[1:] @ away[:-1] / max(away @ away, 1e-12)) + 1 / count
-    r = min(max(neighbours, 0.0), 1 - 2 / count)
+    neighbours = float(away[1:] @ away[:-1] / max(away @ away, 1e-12))
+    r = min(max(neighbours + (1 + 3 * max(neighbours, 0.0)) / count, 0.0), 1 - 2 / count)
     return (1 + r) / (1 - r)

@@ -24,6 +24,7 @@ LAG_POINTS = 4  # chosen: points of a limb this far apart, 4 px, share no blur, 
 # first 8 steps, down to 0.6 of that spread or the quietest neighbours' scatter, so that the fit settles on the bar's
 # edge.
 NARROWING_ROUNDS, NARROWING_FACTOR, NARROWEST_FACTOR = 8, 0.7, 0.6
+PLAIN_STEPS = 3  # Gauss-Newton steps without weights
 LAG_WINDOWS = 6  # chosen: windows further apart than 120 mm share no hot air and no patch of scale
 LEAST_SCALE_PX = 0.02  # chosen: least scale of the biweight; a chance scatter below it would reject good points
 LARGEST_CONDITION = 1e12  # of the scaled normal equations: beyond it the rays fix no cylinder
@@ -209,6 +210,29 @@ def fit_cylinder(rays: EdgeRays, start: Array, rounds: int = 80) -> CylinderFit 
         parameters = parameters + step
         converged = step_number >= NARROWING_ROUNDS and bool(np.all(np.abs(step) < CONVERGED_STEP))
     return None
+
+
+def nearest_cylinder(rays: EdgeRays, start: Array) -> Array:
+    """First guess for rays that all lie off a first guess, as those of a camera that has turned: plain least squares.
+
+    Parameters
+    ----------
+    rays : EdgeRays
+    start : ndarray, shape (5,)
+
+    Returns
+    -------
+    ndarray of float64, shape (5,)
+        `start` where the rays do not fix a cylinder.
+    """
+    parameters = start
+    for _ in range(PLAIN_STEPS):
+        gap, jacobian = tangent_distance_mm(parameters, rays)
+        normal = _normal_equations(jacobian, np.ones(len(gap)))
+        if normal is None:
+            return start
+        parameters = parameters - normal.solved(normal.weighted.T @ gap)
+    return parameters
 
 
 def _near_each_other(rays: EdgeRays) -> NDArray[np.bool_]:

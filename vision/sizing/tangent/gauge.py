@@ -33,7 +33,7 @@ from vision.sizing.limits import (
 )
 from vision.sizing.region_grid import Outline, RegionGrid
 from vision.sizing.tangent.bent_cylinder import BentCylinder, fit_bent_cylinder
-from vision.sizing.tangent.cylinder_fit import CylinderFit
+from vision.sizing.tangent.cylinder_fit import CylinderFit, nearest_cylinder
 from vision.sizing.tangent.edge_points import EdgePoints
 from vision.sizing.tangent.limb_finder import LimbFinder, LimbPoints, RoughLimb
 from vision.sizing.tangent.section import section_view
@@ -228,7 +228,9 @@ class TangentGauge:
         stations = [self._stations(limb, cylinder) for limb in limbs]
         points = EdgePoints.from_limbs(limbs, stations, region[0], WINDOW_MM)
         rig = _turned(self.rig, known.turns)
-        bent = fit_bent_cylinder(points, points.rays(rig), cylinder, (region[1] - region[0]) / 2)
+        rays = points.rays(rig)
+        start = cylinder if rig is self.rig else nearest_cylinder(rays, cylinder)
+        bent = fit_bent_cylinder(points, rays, start, (region[1] - region[0]) / 2)
         if bent is None:
             return SizeReading(reasons=reasons | Reason.FIT_FAILED)
         fit = bent.fit
@@ -263,7 +265,7 @@ def one_bar(outlines: tuple[list[Outline], list[Outline]]) -> tuple[Outline, Out
 
 def _turned(rig: Rig, turns: tuple[CameraTurn, CameraTurn]) -> Rig:
     """The rig with its cameras as they stand now."""
-    if turns == NO_TURNS:
+    if all(turn is NO_TURN for turn in turns):
         return rig
     return replace(rig, left=rig.left.turned(turns[0].omega), right=rig.right.turned(turns[1].omega))
 

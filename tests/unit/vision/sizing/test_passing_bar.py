@@ -16,6 +16,7 @@ PERIOD_S = 0.04
 
 def reading(diameter_mm, own_mm=0.1, **more):
     parts = {**SHARED, "u_edge_mm": own_mm, "u_motion_mm": 0.0}
+    parts |= {name: more.pop(name) for name in list(more) if name in parts}
     expanded_mm = 2 * math.hypot(*parts.values())
     return replace(SizeReading(diameter_mm=diameter_mm, expanded_uncertainty_mm=expanded_mm, **parts), **more)
 

@@ -104,7 +104,7 @@ def test_the_height_tells_how_far_a_view_that_moved_aside_moves_the_diameter(asi
 @pytest.mark.parametrize("bow_per_mm", [-2e-5, 8e-6, 5e-5])
 def test_a_bowed_axis_is_measured_and_leaves_the_diameter_alone(bow_per_mm):
     bent, _ = fitted(bow_per_mm=bow_per_mm, noise_px=0.1)
-    assert abs(bent.bow.per_mm - bow_per_mm) < 4 * bent.bow.u_per_mm < 1e-6
+    assert abs(bent.bow.per_mm - bow_per_mm) < 4 * bent.bow.u_per_mm < 3e-6
     assert bent.fit.diameter_mm == pytest.approx(2 * RADIUS, abs=0.02)
 
 
