@@ -79,7 +79,7 @@ def _fit(phase: Array, width_mm: Array) -> tuple[Array, float, Array]:
     nothing = np.column_stack([none, none])
     design = np.concatenate([np.column_stack([one, wave, nothing]), np.column_stack([one, nothing, wave])])
     seen = width_mm.T.ravel()
-    parameters = np.linalg.lstsq(design, seen, rcond=None)[0]
+    parameters = np.asarray(np.linalg.lstsq(design, seen, rcond=None)[0], np.float64)
     square = float(np.sum((seen - design @ parameters) ** 2))
     variance = square / max(len(seen) - 6, 1)
-    return parameters, square, variance * np.linalg.pinv(design.T @ design)
+    return parameters, square, np.asarray(variance * np.linalg.pinv(design.T @ design), np.float64)

@@ -14,6 +14,7 @@ from appliance.simulation.bars.bars import Bar, Oxide
 from appliance.simulation.bars.disturbances import Disturbance, DriftingHaze, Shimmer, Side
 from appliance.simulation.bars.line_scene import Picture, Scene, View, noise_starts
 from appliance.simulation.bars.study_scenes import SIDES, Setup, set_up
+from appliance.simulation.sensor import Light
 from appliance.simulation.true_rig import TrueRig, nudged
 
 EFFECTS = ("motion", "late", "shimmer", "oval", "camber", "nudge", "haze", "hop", "scale")
@@ -119,13 +120,15 @@ class Line:
         time_ms = frame * FRAME_PERIOD_MS + (self.late_ms if side == "right" else 0.0)
         count = SUB_EXPOSURES if self.exposure_ms and self.motion != Motion() else 1
         moments_ms = time_ms + self.exposure_ms * ((np.arange(count) + 0.5) / count - 0.5)
-        light = sum((self._light(view, float(moment)) for moment in moments_ms), np.float32(0)) / np.float32(count)
+        light = np.zeros_like(view.background)
+        for moment in moments_ms:
+            light += self._light(view, float(moment)) / np.float32(count)
         for disturbance in self.disturbances:
             if disturbance.side == side:
                 light = disturbance.changed(light, view, frame)
-        return view.exposed(light * np.float32(self.setup.gain), noise_start)
+        return view.exposed(light, noise_start)
 
-    def _light(self, view: View, time_ms: float) -> np.ndarray:
+    def _light(self, view: View, time_ms: float) -> Light:
         light = view.background.copy()
         bars = [self.motion.at(bar, time_ms) for bar in self.setup.bars]
         for bar in sorted(bars, key=lambda bar: -abs(bar.offset_mm - view.camera.centre_mm[0])):

@@ -115,11 +115,12 @@ def fit_bent_cylinder(points: EdgePoints, rays: EdgeRays, start: Array, reach_mm
     bow = axis_bow(fit, points, rays)
     if not bow.clear(reach_mm):
         return BentCylinder(fit, rays, bow)
+    bent, straight = fit, rays
     for _ in range(BOW_ROUNDS):  # the first fit has rejected the ends of a strongly bowed bar
         straight = straightened(rays, points.station_mm, bow)
-        bent = fit_cylinder(straight, fit.parameters)
-        if bent is None:
+        again = fit_cylinder(straight, bent.parameters)
+        if again is None:
             return BentCylinder(fit, rays, bow)
-        more = axis_bow(bent, points, straight)
+        bent, more = again, axis_bow(again, points, straight)
         bow = Bow(bow.per_mm + more.per_mm, more.u_per_mm)
     return BentCylinder(bent, straight, bow)

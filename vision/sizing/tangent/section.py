@@ -69,7 +69,7 @@ def _seen_ovality_mm(fit: CylinderFit, points: EdgePoints, turn: Array) -> float
     place_mm, u_mm = np.array([_limb_place_mm(fit, points, limb) for limb in range(len(turn))]).T
     circle = np.column_stack([np.cos(turn), np.sin(turn), np.ones(len(turn))])
     unseen = np.linalg.svd(circle)[0][:, CIRCLE_PARAMETERS]  # the one pattern of places that no circle explains
-    per_ovality = abs(unseen @ np.exp(2j * turn)) / 4
+    per_ovality = float(abs(unseen @ np.exp(2j * turn))) / 4
     noise2 = float(unseen**2 @ u_mm**2)
     return math.sqrt(max(float(unseen @ place_mm) ** 2 - noise2, 0.0)) / max(per_ovality, 1e-9)
 
@@ -87,11 +87,11 @@ def _limb_place_mm(fit: CylinderFit, points: EdgePoints, limb: int) -> tuple[flo
 
 
 def _height_slope(fit: CylinderFit, points: EdgePoints) -> float:
-    """The larger of both views' slopes dD / dh when the view's limbs shift sideways together."""
-    slopes = [0.0]
+    """The larger of both views' slopes |dD / dh| when the view's limbs shift sideways together."""
+    largest = 0.0
     for view in range(2):
         shift = -(fit.gain @ np.where(points.view == view, np.where(points.side < 0, *LIMB_SIDES), 0.0))
         apparent_mm = shift[1] - shift[4]
         if abs(apparent_mm) > 1e-6:
-            slopes.append(float(2 * shift[4] / apparent_mm))
-    return max(slopes, key=abs)
+            largest = max(largest, abs(float(2 * shift[4] / apparent_mm)))
+    return largest
