@@ -24,7 +24,6 @@ TRANSLATION = slice(CAMERA_PARAMETERS.index("t_x"), CAMERA_PARAMETERS.index("t_z
 # Chosen: half of the difference of diameters that ASTM A29 allows in one section of a hot-rolled round (1.2 %).
 USUAL_OVALITY_SHARE = 0.006
 U_PLACE_PX = 0.01  # chosen: standard uncertainty of the place of a whole limb whose edge looks perfect
-U_SHADING = 0.25  # chosen, relative: standard uncertainty of the shift that corrects for shading towards the limb
 GROSS_ERROR_SENSITIVITY = 1.7  # of the biweight, in standard deviations (Huber, ISBN 0-471-41805-6, 4.3)
 MOST_FOREIGN_SHARE = 0.8  # chosen: at most 80 % of a limb's points count as foreign; e / (1 - e) has no bound
 CLIPPED_SHIFT_PX = 0.5  # chosen: a fully overexposed limb is off outwards by half a pixel
@@ -160,7 +159,7 @@ def _off_px(fit: CylinderFit, points: EdgePoints, index: int, limb: LimbPoints) 
     middle_px = float(np.median(fit.residual_px[mine][agreeing])) if agreeing.any() else 0.0
     foreign = min(1 - float(fit.weight[mine].mean()), MOST_FOREIGN_SHARE)
     bias_px = GROSS_ERROR_SENSITIVITY * fit.scale_px * foreign / (1 - foreign) / np.sqrt(3)
-    return float(np.linalg.norm([U_PLACE_PX, U_SHADING * limb.shading_px, middle_px, bias_px]))
+    return float(np.linalg.norm([U_PLACE_PX, limb.u_shading_px, middle_px, bias_px]))
 
 
 def _calibration_mm(fit: CylinderFit, points: EdgePoints, rig: Rig, turns: tuple[CameraTurn, CameraTurn]) -> float:
