@@ -26,6 +26,7 @@ LAG_POINTS = 4  # chosen: points of a limb this far apart, 4 px, share no blur, 
 NARROWING_ROUNDS, NARROWING_FACTOR, NARROWEST_FACTOR = 8, 0.7, 0.6
 PLAIN_STEPS = 3  # Gauss-Newton steps without weights
 LAG_WINDOWS = 6  # chosen: windows further apart than 120 mm share no hot air and no patch of scale
+LEAST_LEFT = 0.3  # chosen: least share of the variance that the limbs' means leave; a few long waves tell little
 LEAST_SCALE_PX = 0.02  # chosen: least scale of the biweight; a chance scatter below it would reject good points
 LARGEST_CONDITION = 1e12  # of the scaled normal equations: beyond it the rays fix no cylinder
 
@@ -296,12 +297,17 @@ def _clustered_covariance(influence: Array, rays: EdgeRays) -> Array:
     """
     sums = np.zeros((int(rays.limb.max()) + 1, int(rays.window.max()) + 1, 5))
     np.add.at(sums, (rays.limb, rays.window), influence.T)
-    alone = np.einsum("lwi,lwj->ij", sums, sums)
-    radius = sums[:, :, 4]
+    seen = np.any(sums != 0, axis=2)
+    mean = sums.sum(axis=1, keepdims=True) / np.maximum(seen.sum(axis=1), 1)[:, None, None]
+    away = np.where(seen[:, :, None], sums - mean, 0.0)  # a limb that lies off as a whole is no scatter
+    alone = np.einsum("lwi,lwj->ij", away, away)
+    radius = away[:, :, 4]
     together = float(alone[4, 4])
     for lag in range(1, min(LAG_WINDOWS, radius.shape[1])):
         taper = min(1.0, 2 - 2 * lag / LAG_WINDOWS)
         together += 2 * taper * float(np.sum(radius[:, lag:] * radius[:, :-lag]))
     widened = max(1.0, together / alone[4, 4]) if alone[4, 4] > 0 else 1.0
+    taken = widened * len(seen) / max(np.count_nonzero(seen), 1)  # of the variance, by the limbs' own means
+    widened /= max(1 - taken, LEAST_LEFT)
     count = np.count_nonzero(np.any(sums != 0, axis=2)) / widened  # windows that move on their own
     return alone * widened * (count / max(count - 5, 1))

@@ -271,8 +271,12 @@ def _turned(rig: Rig, turns: tuple[CameraTurn, CameraTurn]) -> Rig:
 
 
 def _wander_px(window_px: Array) -> float:
-    """Root of the covariance of neighbouring windows, over all limbs: what displaces them together."""
-    products = window_px[:, 1:] * window_px[:, :-1]
+    """Root of the covariance of neighbouring windows, over all limbs: what displaces them together.
+
+    How far a limb lies off as a whole, as those of a section that is not round do, is no part of it.
+    """
+    away_px = window_px - np.nanmean(window_px, axis=1, keepdims=True)
+    products = away_px[:, 1:] * away_px[:, :-1]
     return float(np.sqrt(max(np.nanmean(products), 0.0))) if np.isfinite(products).any() else 0.0
 
 
