@@ -37,7 +37,7 @@ class SizeReading:
     diameter_mm : float
         Diameter of the circle whose tangent planes fit; NaN with any reason that forbids a value.
     expanded_uncertainty_mm : float
-        U = 2 u of the diameter, u the root sum of squares of the seven `u_..._mm` parts.
+        U = 2 u of the diameter, u the root sum of squares of the six parts below.
     diameter_virtual_board_mm : float
         Diameter by the dissertation's route (route V).
     weighted_deviation_mm : float
@@ -54,8 +54,10 @@ class SizeReading:
         Height of the bar's axis over the conveyor plane z = 0, at y = 0.
     offset_mm : float
         Position of the axis across the line (x), at y = 0.
-    u_edge_mm, u_calibration_mm, u_board_mm, u_light_mm, u_shape_mm, u_model_mm, u_motion_mm : float
+    u_edge_mm, u_calibration_mm, u_board_mm, u_light_mm, u_shape_mm, u_model_mm : float
         Parts of the standard uncertainty (k = 1) of the diameter.
+    u_motion_mm : float
+        The share of `u_model_mm` that comes from a bar that may have moved between both exposures.
     width_left_mm, width_right_mm : float
         Width of the bar across the left and the right camera's line of sight.
     camber_mm : float

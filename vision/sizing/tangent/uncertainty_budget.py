@@ -32,7 +32,7 @@ GUESS_SHIFT_PX = 0.07  # of an edge in luma with a channel clipped up to 3 times
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """Parts of the standard uncertainty (k = 1) of the diameter, mm."""
+    """Parts of the standard uncertainty (k = 1) of the diameter, mm; `motion` is a part of `model`."""
 
     edge_mm: float
     calibration_mm: float
@@ -45,7 +45,7 @@ class Budget:
     @property
     def expanded_mm(self) -> float:
         """U = 2 u, u the root sum of squares of the parts."""
-        return 2 * float(np.sqrt(sum(part**2 for part in astuple(self))))
+        return 2 * float(np.sqrt(sum(part**2 for part in astuple(self)[:-1])))
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,13 +99,14 @@ def uncertainty_budget(
         `edge`: scatter of the points, correlation within windows counted. `calibration`: the rig's covariance,
         propagated through the fit. `board`: the board's scale. `light`: the camera's response and overexposed
         points. `shape`: what the views cannot see of a section that is not round. `model`: limbs that lie off as a
-        whole. `motion`: a bar that moved between both exposures.
+        whole, and `motion`: a bar that moved between both exposures.
     """
     reach_mm = np.array([_reach_mm(fit, points, limb) for limb in range(len(limbs))])
     shift_px = np.array([_response_shift_px(one, rig.response) for one in limbs])  # one column for each doubt
     compression_px = np.array([one.u_compression_px for one in limbs])
     clipped_px = np.array([max(CLIPPED_SHIFT_PX * one.clipped_share, one.is_guess * GUESS_SHIFT_PX) for one in limbs])
     off_px = np.array([_off_px(fit, points, index, limb) for index, limb in enumerate(limbs)])
+    motion_mm = 0.0 if known.synchronous else _off_rollers_mm(fit, section)
     return Budget(
         edge_mm=fit.u_diameter_mm,
         calibration_mm=_calibration_mm(fit, points, rig, known.turns),
@@ -113,8 +114,8 @@ def uncertainty_budget(
         # response and overexposure move all limbs the same way, a limb's own fault only that limb
         light_mm=float(np.linalg.norm([*(reach_mm @ shift_px), reach_mm @ clipped_px, reach_mm @ compression_px])),
         shape_mm=section.unseen_share * _ovality_mm(fit, section, known) / (2 * math.sqrt(3)),
-        model_mm=float(np.linalg.norm(reach_mm * off_px)),
-        motion_mm=0.0 if known.synchronous else _off_rollers_mm(fit, section),
+        model_mm=float(np.linalg.norm([*(reach_mm * off_px), motion_mm])),
+        motion_mm=motion_mm,
     )
 
 
