@@ -13,12 +13,12 @@ from vision.sizing.passing_bar import PassingBar
 
 TEXT = (
     "Each seed is a line of its own: rig, board, calibration, bar, and effects of random size, one, several or none; "
-    "6 frames at 25 a second, 800 x 600. Truth is the mean diameter. Every other line's ovality is set (0.8 % of the "
+    "5 frames at 25 a second, 800 x 600. Truth is the mean diameter. Every other line's ovality is set (0.8 % of the "
     "diameter where sections are out of round, else 0); the others leave it unset. The bar's value is that of the last "
     "frame. Sizes of the effects: appliance/simulation/bars/real_line.py."
 )
-SEEDS = range(3000, 3120)
-FRAMES = 6
+SEEDS = range(3000, 3100)
+FRAMES = 5
 SAMPLE = 2
 PRODUCT_OVALITY_SHARE = 0.008
 
