@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 MEMORY_FRAMES = 50  # chosen: 2 s at 25 frames a second
 STEP_SIGMAS = 4.0  # chosen: a frame further from the mean than 4 standard deviations of both belongs to another size
-LEAST_STEP_MM = 0.3  # chosen: a smaller difference is never a step: one place in the pictures differs from another by 0.2
+LEAST_STEP_MM = 0.3  # chosen: a smaller difference is no step; places in the pictures differ by up to 0.2 mm
 LEAST_OWN_MM = 0.01  # chosen: least standard uncertainty of a frame of its own, so that none takes all the weight
 GAP_S = 2.0  # chosen: after so long without a value the next one begins another bar
 LEAST_FRAMES_SCATTER = 4  # chosen: fewer frames say too little of their scatter
