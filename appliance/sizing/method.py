@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from appliance.cameras.source import PairSource, PictureSource
+    from appliance.processes.preview import Lines
     from vision.readings import SizeReading
 
 
@@ -66,6 +67,10 @@ class TimedReader(Protocol):
         """Compile and load all that measuring needs."""
         ...
 
+    def lines(self, reading: "SizeReading", /) -> "Lines":
+        """What a reading and the scale look like in each picture, left first, for people who aim the cameras."""
+        ...
+
 
 class SizingMethod(Section, ABC):
     """Settings that all sizing methods share, and the functions that each must define."""
@@ -82,7 +87,7 @@ class SizingMethod(Section, ABC):
         default=800,
         ge=100,
         le=10000,
-        description="Age from which a reading is no value any more",
+        description="Age above which a reading is no longer served as a value",
         json_schema_extra=unit("ms"),
     )
     memory_max_mb: int = Field(
