@@ -47,12 +47,7 @@ study: $(VENV)/installed-dev
 	PYTHONPATH=$(TEST_PATH) $(BIN)/python -m studies
 
 bench: $(VENV)/installed-dev $(CONTRIB)/installed
-	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/pair.py
-	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/virtual_board.py
-	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/edges.py
-	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/fusion.py
-	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/ingot.py
-	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/history_week.py
+	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks
 
 figures: $(VENV)/installed-dev
 	$(BIN)/python docs/figures

@@ -208,6 +208,7 @@ def to_message(
         elapsed_ms=elapsed_ms,
         dropped=dropped,
         simulated=simulated,
+        stretch=exposed.stretch,
         reading=readings[0] if len(readings) == 1 else SizeReading(reasons=Reason.SEVERAL_BARS),
         bars=slots if len(readings) > 1 else (),
     )

@@ -26,6 +26,8 @@ import numpy as np
 from vision.calibration.camera_turn import camera_turn
 from vision.calibration.rig import Rig
 from vision.calibration.still_marks import MarksMotion
+from vision.edges.operators import Edges
+from vision.fusion.names import Fusion
 from vision.readings import SizeReading
 from vision.reasons import Reason
 from vision.sent_picture import Codes, SentPicture
@@ -49,6 +51,10 @@ class Gauge:
     rig : Rig
     ovality_mm : float or None
         Greatest minus least width of a section that the product may have; None: what is usual of hot-rolled rounds.
+    edges : str or EdgeOptions
+        Edge detector of route V.
+    fusion : str
+        How route V fuses the views, if at all; see `VirtualBoardGauge`.
 
     Raises
     ------
@@ -56,11 +62,13 @@ class Gauge:
         The rig has no world frame or no boards, or a camera does not see the measuring region.
     """
 
-    def __init__(self, rig: Rig, ovality_mm: float | None = None) -> None:
+    def __init__(
+        self, rig: Rig, ovality_mm: float | None = None, *, edges: Edges = "forest", fusion: Fusion = "none"
+    ) -> None:
         self._rig = rig
         self._beside = ThreadPoolExecutor(1)
         self._tangent = TangentGauge(rig, ovality_mm)
-        self._virtual_board = VirtualBoardGauge(rig)
+        self._virtual_board = VirtualBoardGauge(rig, edges=edges, fusion=fusion)
 
     def measure(self, left: SentPicture | Codes, right: SentPicture | Codes) -> SizeReading:
         """Diameter of the bar in one pair of pictures: route T's, judged by route V's.

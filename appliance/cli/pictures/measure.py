@@ -37,7 +37,8 @@ def run_measure(given: argparse.Namespace) -> None:
     room = ROOM_BY_METHOD[given.method]
     _refuse_others(given, room)
     refuse_other_formats(given.output)
-    refuse_lost_input(given.output, (given.recording, given.rig, given.background, given.config))
+    inputs = given.recording, given.rig, given.background, given.config, given.edge_model
+    refuse_lost_input(given.output, inputs)
     refuse_unwritable(given.output)
     settings = settings_file.load(given.config)
     if given.config is not None and given.ovality is None and "ovality" in room.options and given.method == "tangent":
