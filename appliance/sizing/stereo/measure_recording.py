@@ -7,6 +7,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from appliance.cameras.recording.pairs import Recording, read_stamps
+from appliance.cameras.source import together
 from appliance.files.atomic_file import whole_file
 from appliance.files.row_writer import row_writer
 from appliance.sizing.reading_rows import COLUMNS, Judge, ReadingRows, unjudged
@@ -18,11 +19,13 @@ from appliance.sizing.summary import Summary
 from vision.calibration.rig import Rig
 from vision.readings import SizeReading
 from vision.sizing.gauge import Gauge
+from vision.sizing.side_by_side import SideBySide
 from vision.sizing.virtual_board.reading import VirtualBoardReading
 
 AnyGauge = TimedGauge[SizeReading | VirtualBoardReading]
 
 TANGENT = "tangent"
+FRAME_PERIOD_US = 40_000  # of a recording without time stamps; gaps between bars are told by it
 FRAMES_TRIED = 5  # with left and right exchanged, where no frame has a value
 
 
@@ -67,26 +70,37 @@ def measure_recording(
     served = ServedPlots(plots) if plots is not None else None
     calibrated = load_rig(rig)
     gauge = AnyGauge(calibrated, str(rig), make)
-    rows, summary = ReadingRows(judge), Summary()
+    rows, summary, passing = ReadingRows(judge), Summary(), SideBySide()
     with contextlib.closing(Recording(recording)) as frames, whole_file(output) as file:
         write = row_writer(output, file, COLUMNS)
         stamps = read_stamps(recording)
         for frame, left, right in tqdm(frames, unit="frame", disable=None):
-            reading, elapsed_ms = gauge.measure(left, right)
-            if isinstance(reading, VirtualBoardReading):
-                if drawing is not None:
-                    drawing.add(frame, reading, gauge.aligned_pair)
-                reading = reading.size_reading()
-            values = rows.row(frame, reading, elapsed_ms, stamps.get(frame, (None,))[0])
-            summary.add(reading, values["decision"])
-            if served is not None and reading.method == TANGENT:
-                served.add(frame, reading, values)
-            write(values)
+            stamp = stamps.get(frame)
+            synchronous = stamp is not None and together(*stamp)
+            measured, elapsed_ms = gauge.measure_bars(left, right, synchronous=synchronous)
+            moment_us = stamp[0] if stamp else frame * FRAME_PERIOD_US
+            readings = passing.add([_size_reading(frame, one, gauge, drawing) for one in measured], moment_us / 1e6)
+            for bar, reading in enumerate(readings):
+                values = rows.row(frame, reading, elapsed_ms, stamp and stamp[0], bar=bar)
+                summary.add(reading, values["decision"])
+                if served is not None and reading.method == TANGENT:
+                    served.add(frame, reading, values)
+                write(values)
         cause = _exchanged(frames, AnyGauge(calibrated, str(rig), make)) if summary.says_nothing else ""
     if drawing is not None and served is not None:
         drawing.write()
         served.write()
     return summary.lines(cause)
+
+
+def _size_reading(
+    frame: int, reading: SizeReading | VirtualBoardReading, gauge: AnyGauge, drawing: Plots | None
+) -> SizeReading:
+    if isinstance(reading, SizeReading):
+        return reading
+    if drawing is not None:
+        drawing.add(frame, reading, gauge.aligned_pair)
+    return reading.size_reading()
 
 
 def _exchanged(frames: Recording, gauge: AnyGauge) -> str:
