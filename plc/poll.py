@@ -89,7 +89,9 @@ class _SecureClient(ModbusTcpClient):
         self._files = files
 
     def connect(self) -> bool:
-        """Connect and shake hands; whether both have succeeded."""
+        """Connect and shake hands, unless that was done; whether both have succeeded."""
+        if self.connected:
+            return True
         try:
             context = ssl.create_default_context(cafile=self._files.authority)
             context.load_cert_chain(self._files.certificate, self._files.key)
@@ -212,10 +214,14 @@ def scan(client: ModbusTcpClient, place: str, word_order: WordOrder) -> Snapshot
     for answer in (block, bits, written):
         _refuse_exception(answer, place)
     elapsed_ms = 1000 * (time.monotonic() - begun)
-    numbers = decode_set_points(struct.pack(f">{len(SET_POINTS)}H", *written.registers), word_order=word_order)
+    try:
+        numbers = decode_set_points(struct.pack(f">{len(SET_POINTS)}H", *written.registers), word_order=word_order)
+        values, discretes = decode(block.registers, word_order=word_order), decode_discretes(bits.bits)
+    except (ValueError, struct.error) as error:
+        raise PollError(f"{place}: answers with less than was asked for; check that this is a gauge") from error
     return Snapshot(
-        decode(block.registers, word_order=word_order),
-        decode_discretes(bits.bits),
+        values,
+        discretes,
         elapsed_ms,
         {name: _SET_POINT_ROWS[name].to_value(number) or None for name, number in numbers.items()},
         tuple(block.registers),
