@@ -9,8 +9,8 @@ import gige_cameras
 TEXT = (
     "Two cameras at 10 Hz show bars of eight diameters, each for one period by this computer's clock: the diameter "
     "that a PLC reads (every 2 ms) tells its exposure; of GigE cameras their own log does. Cameras, gauge (both "
-    "routes) and PLC share two processors. stated: the same by the register `timestamp`, with delay_ms = 0. load: of the "
-    "computer then."
+    "routes) and PLC share two processors. stated: the same by the register `timestamp`, with delay_ms = 0. load: of "
+    "the computer then."
 )
 REPEATABLE = False  # times of a computer and a day
 CHUNK = 1
