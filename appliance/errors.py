@@ -12,7 +12,9 @@
     |   +-- RigError              sizing.stereo.rig_file     no usable rig file
     |   +-- EdgeModelError        sizing.stereo.edge_model no usable edge forest
     |   +-- EmptyLineError        sizing.conveyor.empty_line no usable picture of the empty line
+    +-- CaptureError              capture.error              pictures cannot be taken or kept
     +-- ReferencesError           ingot.reader_setup         no usable references of the ingots' ends
+    +-- LearnedReferencesError ingot.learned_references    no usable history of references
     +-- HistoryError              history.schema             the history cannot be read
     +-- ParquetMissingError       history.export             the library of Parquet files is not installed
     +-- ReportMissingError        reports.pages              a library that makes pages is not installed

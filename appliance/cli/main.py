@@ -18,7 +18,9 @@ from appliance.cli.common import add_config
 from appliance.cli.examples import EXAMPLES
 from appliance.cli.gauge import certificates, computer, history, page, plc, serve
 from appliance.cli.pictures import (
+    board,
     calibrate,
+    capture,
     compare,
     fuse,
     measure,
@@ -148,6 +150,12 @@ COMMANDS: dict[str, tuple[_Run, str, _AddArguments]] = {
         computer.run_check_config,
         "Check a settings file and show what is in force",
         computer.add_check_config,
+    ),
+    "board": (board.run_board, "Write a checkerboard to print, with rulers that show its scale", board.add_board),
+    "capture": (
+        capture.run_capture,
+        "Take pictures: of boards, the empty line, ingots, or a recording",
+        capture.add_capture,
     ),
     "calibrate": (
         calibrate.run_calibrate,

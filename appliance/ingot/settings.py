@@ -141,6 +141,10 @@ class IngotSettings(Section):
     classifier: ClassifierName = Field(
         default="relief", description="How one picture is judged; dual and single are those of the dissertation"
     )
+    learn: bool = Field(
+        default=False,
+        description="Keep better references from ingots whose pictures agree, in the folder learned of references",
+    )
     comparison: ComparisonSettings = Field(
         default_factory=ComparisonSettings, description="How ends are compared with the references"
     )

@@ -1,4 +1,4 @@
-"""The page in a browser, before the running appliance on the simulated mill."""
+"""The page in a browser, before the running appliance on the simulated mill; PAGE_SCREENSHOTS=FOLDER keeps pictures."""
 
 import itertools
 import os

@@ -116,7 +116,7 @@ class OrientationReader:
             center_x=end.center_x,
             center_y=end.center_y,
             radius=end.radius,
-            reasons=reasons | (IngotReason.OVEREXPOSED if _is_overexposed(picture, end) else IngotReason.NONE),
+            reasons=reasons | (IngotReason.OVEREXPOSED if is_overexposed(picture, end) else IngotReason.NONE),
         )
 
     def _similarity(self, image: Picture, reference: Picture) -> float:
@@ -125,8 +125,14 @@ class OrientationReader:
         return similarity(image, reference, self._comparison.exponents)
 
 
-def _is_overexposed(picture: Picture, end: End) -> bool:
-    """Whether much of the square within the end's circle is clipped in red."""
+def is_overexposed(picture: Picture, end: End) -> bool:
+    """Whether much of the square within the end's circle is clipped in red.
+
+    Parameters
+    ----------
+    picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+    end : End
+    """
     half = round(0.7 * end.radius)
     x, y = round(end.center_x), round(end.center_y)
     inside = picture[max(0, y - half) : y + half + 1, max(0, x - half) : x + half + 1]
