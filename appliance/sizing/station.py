@@ -7,7 +7,7 @@ import contextlib
 import math
 import threading
 import time
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from functools import partial
 
 from pydantic import TypeAdapter
@@ -31,6 +31,8 @@ from appliance.sizing.message import ReadingMessage
 from appliance.sizing.method import ScaleError, SizingMethod, TimedReader
 from appliance.sizing.settings import Sizing
 from vision.readings import SizeReading
+from vision.reasons import Reason
+from vision.sizing.side_by_side import SideBySide
 
 PAIR_TIMEOUT_S = 0.2  # chosen
 RETRY_PAUSE_S = 1.0  # chosen: pause after equipment trouble
@@ -87,6 +89,7 @@ def _measure(
     preview = PreviewWriter("sizing")
     with source:
         liveness = Liveness(settings.liveness, time.monotonic(), numbered=source.simulated)
+        bars = SideBySide()
         guard = ExposureGuard(settings.exposure, adjustable=isinstance(source, Adjustable))
         while not closed.is_set():
             exposed = source.next(PAIR_TIMEOUT_S)
@@ -95,10 +98,17 @@ def _measure(
             if exposed is None or exposure is None or not verdict.counts:
                 report_rejected(verdict, link, opens_again=not source.simulated)
                 continue
-            reading, elapsed_ms = gauge.measure(*exposed.pictures)
+            measured, elapsed_ms = gauge.measure_exposed(exposed)
+            readings = bars.add(measured, exposed.exposed_monotonic_s)
             message = to_message(
-                reading, exposed, elapsed_ms, dropped=exposed.dropped + link.dropped, simulated=source.simulated
+                readings,
+                exposed,
+                elapsed_ms,
+                slots=bars.slots,
+                dropped=exposed.dropped + link.dropped,
+                simulated=source.simulated,
             )
+            reading = message.reading
             preview.offer(_shown(exposed), partial(gauge.lines, reading), _figures(reading, exposed))
             faults = verdict.faults | _exposure_faults(guard, reading, exposed, source) | _heat(settings, exposed)
             link.send(message.model_copy(update={"faults": faults}))
@@ -166,17 +176,26 @@ def _stay_at_end(link: StationLink, closed: threading.Event, detail: str) -> Non
 
 
 def to_message(
-    reading: SizeReading, exposed: FramePair | Frame, elapsed_ms: float, *, dropped: int, simulated: bool
+    readings: Sequence[SizeReading],
+    exposed: FramePair | Frame,
+    elapsed_ms: float,
+    *,
+    slots: tuple[SizeReading, ...],
+    dropped: int,
+    simulated: bool,
 ) -> ReadingMessage:
-    """Make the message of one reading.
+    """Make the message of one exposure.
 
     Parameters
     ----------
-    reading : SizeReading
+    readings : sequence of SizeReading
+        One for each bar, from smaller x.
     exposed : FramePair or Frame
         Exposure that was measured.
     elapsed_ms : float
         Computing time.
+    slots : tuple of SizeReading
+        Of bars side by side, each in the slot that it keeps.
     dropped : int
         Exposures and messages discarded since the process started.
     simulated : bool
@@ -189,7 +208,9 @@ def to_message(
         elapsed_ms=elapsed_ms,
         dropped=dropped,
         simulated=simulated,
-        reading=reading,
+        stretch=exposed.stretch,
+        reading=readings[0] if len(readings) == 1 else SizeReading(reasons=Reason.SEVERAL_BARS),
+        bars=slots if len(readings) > 1 else (),
     )
 
 

@@ -17,15 +17,16 @@ from typing import Self, cast
 import depthai as dai
 import numpy as np
 
+from appliance.cameras.newest_picture import NewestPicture
 from appliance.cameras.oak.settings import OakCamera, OakPictures
-from appliance.cameras.pacing import utc_ms
 from appliance.cameras.pairing import Exposure, Pairing
 from appliance.cameras.source import CameraError, Frame, FramePair
-from vision.sent_picture import SentPicture
+from vision.sent_picture import Coding, SentPicture, sent_picture
 
 os.environ["DEPTHAI_AUTOCALIBRATION"] = "OFF"  # both are read when the library is loaded
 os.environ.setdefault("DEPTHAI_LEVEL", "error")
 
+NV12_CODING = Coding("luma", full_range=False)
 QUEUE_PICTURES = 8  # pictures of a camera that wait to be taken
 TEMPERATURE_PERIOD_S = 5.0
 NO_WAIT = timedelta(microseconds=1)  # `get` lets other threads run while it waits for a queue; `tryGet` does not
@@ -73,7 +74,7 @@ def device_cameras(pipeline: dai.Pipeline, settings: OakCamera) -> Cameras:
     ]
     if right is not left and settings.sync == "wire":
         left.setExternalStrobeEnable(enable=True)
-    kind = dai.ImgFrame.Type.GRAY8 if settings.pictures == "grey" else dai.ImgFrame.Type.BGR888i
+    kind = dai.ImgFrame.Type.GRAY8 if settings.pictures == "grey" else dai.ImgFrame.Type.NV12
     outputs = [node.requestFullResolutionOutput(kind) for node in nodes]
     return Cameras(
         outputs=tuple(outputs),
@@ -87,7 +88,7 @@ def device_camera(pipeline: dai.Pipeline, settings: OakPictures) -> Cameras:
     """The camera of one sensor, in colour, all settings fixed; raises `CameraError` like `device_cameras`."""
     device = _open(pipeline, settings.device)
     node = _camera(pipeline, device, settings.socket, settings, follows=False)
-    output = node.requestFullResolutionOutput(dai.ImgFrame.Type.BGR888i)
+    output = node.requestFullResolutionOutput(dai.ImgFrame.Type.NV12)
     return Cameras(
         outputs=(output,), same_device=True, devices=[device], controls=[node.inputControl.createInputQueue()]
     )
@@ -134,6 +135,24 @@ def _camera(
     return node
 
 
+def picture_of_frame(frame: dai.ImgFrame) -> SentPicture:
+    """SentPicture of a frame: of NV12 luma is measured as the sensor's processor made it, and colours are shown.
+
+    The library takes NV12 for BT.601 of limited range, and so do we; what a device's processor does is not known.
+
+    Parameters
+    ----------
+    frame : dai.ImgFrame
+    """
+    shown = np.asarray(frame.getCvFrame(), dtype=np.uint8)
+    if frame.getType() != dai.ImgFrame.Type.NV12:
+        return SentPicture.of(shown)
+    rows, columns = shown.shape[:2]
+    data = np.asarray(frame.getData(), dtype=np.uint8)
+    luma = data[: frame.getStride() * rows].reshape(rows, frame.getStride())[:, :columns]
+    return sent_picture(np.ascontiguousarray(luma), NV12_CODING, shown)
+
+
 class _Open:
     """Cameras that run: their queues, their temperature, their end."""
 
@@ -159,10 +178,10 @@ class _Open:
             self._pipeline.stop()
             self._pipeline.wait()  # its threads must not outlive the interpreter
 
-    def take(self, side: int, wait: timedelta) -> Exposure | None:
+    def take(self, side: int, wait_s: float) -> Exposure | None:
         """Next picture of a camera; None when none came in time, `CameraError` when the device is lost."""
         try:
-            frame = cast("dai.ImgFrame | None", self._queues[side].get(wait))
+            frame = cast("dai.ImgFrame | None", self._queues[side].get(max(NO_WAIT, timedelta(seconds=wait_s))))
         except QUEUE_CLOSED_ERROR as error:
             raise CameraError("an OAK camera is gone; check cable and power") from error
         return None if frame is None else self._exposure(frame)
@@ -173,7 +192,7 @@ class _Open:
         stamp = frame.getTimestampDevice() if self.cameras.same_device else exposed
         exposure_us = 1e6 * frame.getExposureTime().total_seconds()
         return Exposure(
-            SentPicture.of(np.asarray(frame.getCvFrame(), dtype=np.uint8)),
+            picture_of_frame(frame),
             sequence=frame.getSequenceNum(),
             device_us=round(1e6 * stamp.total_seconds()),
             exposed_monotonic_s=exposed.total_seconds(),
@@ -246,14 +265,14 @@ class OakSource:
     def _newest(self, until_s: float) -> FramePair | None:
         """Wait for a picture of the camera that is behind, then take all that have come."""
         wait_s = max(until_s - time.monotonic(), 0.001)
-        self._add(self._pairing.behind, timedelta(seconds=wait_s))
+        self._add(self._pairing.behind, wait_s)
         for side in (0, 1):
-            while self._add(side, NO_WAIT):
+            while self._add(side, 0.0):
                 pass
         return self._pairing.newest_pair()
 
-    def _add(self, side: int, wait: timedelta) -> bool:
-        exposure = self._open.take(side, wait)
+    def _add(self, side: int, wait_s: float) -> bool:
+        exposure = self._open.take(side, wait_s)
         if exposure is not None:
             self._pairing.add(side, exposure)
         return exposure is not None
@@ -280,8 +299,7 @@ class OakPictureSource:
     def __enter__(self) -> Self:
         """Open the device and start it; raises `CameraError`."""
         self._open = _Open(lambda pipeline: self._camera(pipeline, self._settings))
-        self._first: int | None = None
-        self._delivered = 0
+        self._newest = NewestPicture(lambda wait_s: self._open.take(0, wait_s), self._open.temperature_c)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -290,24 +308,7 @@ class OakPictureSource:
 
     def next(self, timeout_s: float) -> Frame | None:
         """Newest picture; None when none came in time, `CameraError` when the device is lost."""
-        newest = self._open.take(0, timedelta(seconds=timeout_s))
-        while (later := self._open.take(0, NO_WAIT)) is not None:
-            newest = later
-        if newest is None:
-            return None
-        self._first = newest.sequence if self._first is None else self._first
-        number = newest.sequence - self._first
-        self._delivered += 1
-        return Frame(
-            newest.picture.shown,
-            sequence=number,
-            exposed_monotonic_s=newest.exposed_monotonic_s,
-            exposed_utc_ms=utc_ms(newest.exposed_monotonic_s),
-            exposure_us=newest.exposure_us,
-            dropped=number + 1 - self._delivered,
-            device_us=newest.device_us,
-            temperature_c=self._open.temperature_c(),
-        )
+        return self._newest.next(timeout_s)
 
     def set_exposure(self, exposure_us: float) -> None:
         """Have the next pictures exposed for another time."""

@@ -27,7 +27,7 @@ def add_measure(command: argparse.ArgumentParser) -> None:
     )
     for room in ROOMS:
         room.add_options(command)
-    command.add_argument("--plot", type=Path, metavar="DIR", help="folder for plots of virtual-board or conveyor")
+    command.add_argument("--plot", type=Path, metavar="DIR", help="folder for plots")
     command.add_argument(
         "--config", type=Path, metavar="FILE", help="settings whose target and tolerances the readings are judged by"
     )
@@ -37,9 +37,12 @@ def run_measure(given: argparse.Namespace) -> None:
     room = ROOM_BY_METHOD[given.method]
     _refuse_others(given, room)
     refuse_other_formats(given.output)
-    refuse_lost_input(given.output, (given.recording, given.rig, given.background, given.config))
+    inputs = given.recording, given.rig, given.background, given.config, given.edge_model
+    refuse_lost_input(given.output, inputs)
     refuse_unwritable(given.output)
     settings = settings_file.load(given.config)
+    if given.config is not None and given.ovality is None and "ovality" in room.options and given.method == "tangent":
+        given.ovality = settings.sizing.ovality_mm
     judge = row_judge(SetPoints.from_settings(settings.sizing.set_points), settings.judging)
     try:
         print("\n".join([*room.run(given, judge), f"written to {given.output}"]))
