@@ -27,7 +27,7 @@ def add_measure(command: argparse.ArgumentParser) -> None:
     )
     for room in ROOMS:
         room.add_options(command)
-    command.add_argument("--plot", type=Path, metavar="DIR", help="folder for plots of virtual-board or conveyor")
+    command.add_argument("--plot", type=Path, metavar="DIR", help="folder for plots")
     command.add_argument(
         "--config", type=Path, metavar="FILE", help="settings whose target and tolerances the readings are judged by"
     )

@@ -14,6 +14,7 @@ from appliance.sizing.reading_rows import COLUMNS, Judge, ReadingRows, unjudged
 from appliance.sizing.stereo.gauge import Measures, TimedGauge
 from appliance.sizing.stereo.plots import Plots
 from appliance.sizing.stereo.rig_file import RigError, load_rig
+from appliance.sizing.stereo.served_plots import ServedPlots
 from appliance.sizing.summary import Summary
 from vision.calibration.rig import Rig
 from vision.readings import SizeReading
@@ -23,6 +24,7 @@ from vision.sizing.virtual_board.reading import VirtualBoardReading
 
 AnyGauge = TimedGauge[SizeReading | VirtualBoardReading]
 
+TANGENT = "tangent"
 FRAME_PERIOD_US = 40_000  # of a recording without time stamps; gaps between bars are told by it
 FRAMES_TRIED = 5  # with left and right exchanged, where no frame has a value
 
@@ -51,7 +53,7 @@ def measure_recording(
     judge : callable
         Compares each reading with what is wanted.
     plots : Path, optional
-        Folder for plots of route V alone.
+        Folder for plots.
 
     Raises
     ------
@@ -65,6 +67,7 @@ def measure_recording(
         `output` cannot be written, or the folder of plots not made.
     """
     drawing = Plots(plots) if plots is not None else None
+    served = ServedPlots(plots) if plots is not None else None
     calibrated = load_rig(rig)
     gauge = AnyGauge(calibrated, str(rig), make)
     rows, summary, passing = ReadingRows(judge), Summary(), SideBySide()
@@ -80,10 +83,13 @@ def measure_recording(
             for bar, reading in enumerate(readings):
                 values = rows.row(frame, reading, elapsed_ms, stamp and stamp[0], bar=bar)
                 summary.add(reading, values["decision"])
+                if served is not None and reading.method == TANGENT:
+                    served.add(frame, reading, values)
                 write(values)
         cause = _exchanged(frames, AnyGauge(calibrated, str(rig), make)) if summary.says_nothing else ""
-    if drawing is not None:
+    if drawing is not None and served is not None:
         drawing.write()
+        served.write()
     return summary.lines(cause)
 
 

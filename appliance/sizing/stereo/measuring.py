@@ -10,7 +10,7 @@ from appliance.sizing.stereo.route_options import PRINTED_OPTIONS, add_route_opt
 
 MOST_OVALITY_MM = 20.0  # as the setting sizing.ovality_mm allows
 OWN_OPTIONS = {
-    "tangent": frozenset({"ovality"}),
+    "tangent": frozenset({"ovality", "plot"}),
     "virtual-board": frozenset({*PRINTED_OPTIONS, "fusion", "plot"}),
     "one-camera": frozenset({*PRINTED_OPTIONS, "side", "plane_mm", "plot"}),
 }
