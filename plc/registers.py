@@ -18,7 +18,7 @@ from plc.codes import Decision, DeviceState, Orientation, Validity
 from plc.rings import INGOT_SLOT, READING_SLOT, ring
 from plc.rows import NO_VALUE, Block, Register, Table, Type, select, span, spare
 
-MAP_VERSION = 4
+MAP_VERSION = 5
 WORDS_END = 625  # of input and holding registers: whole requests of 125 words, as tools of plants read them
 SHELVE_FIRST = 34  # coil that shelves alarm 0
 BITS_END = 64  # of coils and discrete inputs: whole groups of 16 or 32
@@ -207,6 +207,7 @@ REGISTERS: tuple[Register, ...] = (
         _command(SHELVE_FIRST + row.address, f"shelve_{row.name.removeprefix('alarm_')}", f"0 -> 1 shelves {row.name}")
         for row in _ALARMS
     ),
+    _command(42, "keep_pictures", "0 -> 1 writes the last seconds of pictures, if the stations keep any"),
     *ring(300, "reading_ring", "reading", READING_SLOT),
     *ring(420, "ingot_ring", "ingot", INGOT_SLOT),
 )

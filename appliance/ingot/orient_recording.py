@@ -1,22 +1,17 @@
 """Reads the orientation of ingots in a recording and writes frames and ingots as JSON lines or CSV."""
 
-import math
 from pathlib import Path
 
 from tqdm import tqdm
 
 from appliance.cameras.recording.pictures import PictureRecording
 from appliance.files.atomic_file import whole_file
-from appliance.files.row_writer import Row, Value, row_writer
+from appliance.files.row_writer import row_writer
 from appliance.ingot.annotated_pictures import Plot
+from appliance.ingot.frame_rows import COLUMNS, frame_row, ingot_row
 from appliance.ingot.reader_setup import decision_rule, load_view, make_reader
 from appliance.ingot.settings import IngotSettings
-from vision.ingot.sequential_decision import IngotDecision, IngotFollower
-from vision.readings import OrientationReading
-
-FRAME_FIELDS = ("present", "orientation", "ssim_top", "ssim_bottom", "center_x", "center_y", "radius", "reasons")
-INGOT_FIELDS = ("ingot", "orientation", "first_frame", "decided_frame", "confidence")
-COLUMNS: tuple[str, ...] = tuple(dict.fromkeys(("frame", *FRAME_FIELDS, *INGOT_FIELDS)))
+from vision.ingot.sequential_decision import IngotFollower
 
 
 def orient_recording(
@@ -65,28 +60,3 @@ def orient_recording(
             write(ingot_row(decision))
     if pictures is not None:
         pictures.write_strip()
-
-
-def frame_row(frame: int, reading: OrientationReading) -> Row:
-    """Row of one reading; None for no value.
-
-    Parameters
-    ----------
-    frame : int
-        Number of the frame.
-    reading : OrientationReading
-    """
-    values: Row = {"frame": frame} | {name: _or_none(getattr(reading, name)) for name in FRAME_FIELDS}
-    return values | {"reasons": reading.reasons.names}
-
-
-def ingot_row(decision: IngotDecision) -> Row:
-    """Row of one ingot."""
-    values: Row = {name: _or_none(getattr(decision, name)) for name in INGOT_FIELDS}
-    return values | {"confidence": round(decision.confidence, 3)}
-
-
-def _or_none(value: Value) -> Value:
-    if not isinstance(value, float):
-        return value
-    return round(value, 4) if math.isfinite(value) else None

@@ -5,11 +5,14 @@ The supervisor runs it as `python -m appliance.ingot.station DESCRIPTOR`; see `a
 
 import threading
 import time
+from functools import partial
 
 from pydantic import TypeAdapter
 
+from appliance.black_box.black_box import BlackBox
 from appliance.cameras.liveness import Exposure, Liveness
 from appliance.cameras.source import CameraError, EndOfRecording
+from appliance.ingot.frame_rows import frame_row
 from appliance.ingot.reader_setup import ReferencesError, load_view, make_reader
 from appliance.ingot.reporter import IngotReporter
 from appliance.ingot.settings import IngotSettings
@@ -37,10 +40,19 @@ def run(settings: IngotSettings, link: StationLink, closed: threading.Event) -> 
     closed : threading.Event
         Set when the link is closed.
     """
+    black_box = BlackBox(settings.black_box, "ingot")
+    link.on_request = lambda request: black_box.keep(request.why)
+    try:
+        _read_until(settings, link, closed, black_box)
+    finally:
+        black_box.close()
+
+
+def _read_until(settings: IngotSettings, link: StationLink, closed: threading.Event, black_box: BlackBox) -> None:
     ingots = IngotReporter(settings)
     while not closed.is_set():
         try:
-            _read(settings, ingots, link, closed)
+            _read(settings, ingots, link, closed, black_box)
         except EndOfRecording as error:
             while not closed.wait(RETRY_PAUSE_S):
                 link.send(fault("recording_over", str(error)))
@@ -51,9 +63,12 @@ def run(settings: IngotSettings, link: StationLink, closed: threading.Event) -> 
         closed.wait(RETRY_PAUSE_S)
 
 
-def _read(settings: IngotSettings, ingots: "IngotReporter", link: StationLink, closed: threading.Event) -> None:
+def _read(
+    settings: IngotSettings, ingots: IngotReporter, link: StationLink, closed: threading.Event, black_box: BlackBox
+) -> None:
     source = settings.camera.make_source()
     view = _view(settings)
+    black_box.files = _recorded_settings(settings)
     reader: OrientationReader | None = None
     with source:
         link.send(StateMessage(state="starting"))
@@ -68,8 +83,19 @@ def _read(settings: IngotSettings, ingots: "IngotReporter", link: StationLink, c
             started_s = time.perf_counter()
             reading = reader.read(frame.picture)
             elapsed_ms = 1000 * (time.perf_counter() - started_s)
+            black_box.add(frame, partial(frame_row, frame.sequence, reading))
             message = ingots.report(frame, reading, elapsed_ms, dropped=link.dropped, simulated=source.simulated)
-            link.send(message.model_copy(update={"faults": verdict.faults}))
+            link.send(message.model_copy(update={"faults": verdict.faults, "not_kept": black_box.trouble}))
+
+
+def _recorded_settings(settings: IngotSettings) -> dict[str, bytes]:
+    """Settings and references, by path in a recording of the black box; read again by `hotgauge orient`."""
+    files = {"settings.json": settings.model_dump_json(indent=1).encode()}
+    if settings.references is not None:
+        for path in settings.references.iterdir():
+            if path.name in {"top.png", "bottom.png", "roi.json"}:
+                files[f"references/{path.name}"] = path.read_bytes()
+    return files
 
 
 def _view(settings: IngotSettings) -> IngotView:

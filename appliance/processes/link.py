@@ -6,8 +6,9 @@ reads late never delays a measurement; the supervisor uses the newest message.
 
 import socket
 import threading
+from collections.abc import Callable
 
-from appliance.processes.message import StationMessage
+from appliance.processes.message import KeepPictures, StationMessage
 
 
 class StationLink:
@@ -22,10 +23,13 @@ class StationLink:
     ----------
     dropped : int
         Messages that could not be sent because the supervisor did not read.
+    on_request : callable
+        Called, in another thread, with what the supervisor asks for; a station without a black box ignores it.
     """
 
     def __init__(self, connection: socket.socket) -> None:
         self.dropped = 0
+        self.on_request: Callable[[KeepPictures], None] = _ignore
         self._connection = connection
         self._one_at_a_time = threading.Lock()  # `warming` is sent from a thread of its own
         self._unsent = b""
@@ -48,3 +52,7 @@ class StationLink:
         except OSError:
             return  # the buffer is full, or the supervisor is gone (`station_process` then ends this process)
         self._unsent = self._unsent[sent:]
+
+
+def _ignore(_: KeepPictures) -> None:
+    """Keep no pictures."""

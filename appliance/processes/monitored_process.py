@@ -14,7 +14,7 @@ from asyncio.subprocess import DEVNULL, Process
 from collections.abc import Callable
 from typing import Generic, Literal, NamedTuple
 
-from appliance.processes.message import Messages, MessageT, StateMessage
+from appliance.processes.message import KeepPictures, Messages, MessageT, StateMessage
 from appliance.processes.resource_limits import EXIT_OUT_OF_MEMORY
 
 SILENCE_LIMIT_S = 4.0  # chosen: a process that sends nothing for so long after a reading hangs and is ended
@@ -80,6 +80,7 @@ class MonitoredProcess(Generic[MessageT]):
         self._state: Literal["running", "restarting", "failing"] = "running"
         self._ends = 0
         self._measures_since_s = math.inf
+        self._writer: asyncio.StreamWriter | None = None
 
     async def run(self) -> None:
         """Start processes until cancelled; none is left when this returns."""
@@ -101,6 +102,11 @@ class MonitoredProcess(Generic[MessageT]):
         self._settings_json = settings_json
         if self._life is not None and not self._life.done():  # between two processes the next start uses them
             self._life.cancel()
+
+    def send(self, request: KeepPictures) -> None:
+        """Ask the process that runs now for something; without one nothing happens."""
+        if self._writer is not None and not self._writer.is_closing():
+            self._writer.write(request.model_dump_json().encode() + b"\n")
 
     def _count_end(self, reason: str) -> float:
         """Report an end and return the pause before the next start, seconds."""
@@ -145,8 +151,10 @@ class MonitoredProcess(Generic[MessageT]):
             reader, writer = await asyncio.open_unix_connection(sock=ours)
             try:
                 writer.write(self._settings_json.encode() + b"\n")
+                self._writer = writer
                 reason = await _listen(reader, self._messages, self._receive)
             finally:
+                self._writer = None
                 writer.close()
                 await _end(process)
         return f"{reason} ({_how_it_ended(process)})"

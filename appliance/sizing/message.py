@@ -28,6 +28,8 @@ class ReadingMessage(StationMessage):
     reading : SizeReading
     faults : dict of str to str
         Faults with which the value is still served: names in the fault table, each with its detail.
+    not_kept : str
+        Why the last pictures of the black box could not be written; empty if they could.
     """
 
     kind: Literal["reading"] = "reading"
@@ -39,6 +41,7 @@ class ReadingMessage(StationMessage):
     simulated: bool
     reading: Annotated[SizeReading, NAN_AS_NULL]
     faults: dict[str, str] = Field(default_factory=dict)
+    not_kept: str = ""
 
 
 MESSAGES: Messages[ReadingMessage] = TypeAdapter(Annotated[StateMessage | ReadingMessage, Field(discriminator="kind")])

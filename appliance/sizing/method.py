@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Protocol, Self
 
 from pydantic import Field
 
+from appliance.black_box.settings import BlackBoxSettings
 from appliance.cameras.settings import ExposureSettings, LivenessSettings
 from appliance.errors import HotgaugeError
 from appliance.settings.section import Section, unit
@@ -62,6 +63,20 @@ class TimedReader(Protocol):
         """Measure the pictures of one exposure, left first: reading and computing time, ms; raises `ScaleError`."""
         ...
 
+    @property
+    def scale_file(self) -> tuple[str, bytes] | None:
+        """Name and content of a file by which the same gauge is made again; None where the camera has its own scale."""
+        ...
+
+    @property
+    def carried(self) -> tuple[float, ...]:
+        """What the next frame gets of the earlier ones; NaN before any."""
+        ...
+
+    def resume(self, carried: Sequence[float], /) -> None:
+        """Go on as the gauge would whose `carried` this was, so that frames from the middle give the same bits."""
+        ...
+
     def warm_up(self) -> None:
         """Compile and load all that measuring needs."""
         ...
@@ -96,6 +111,9 @@ class SizingMethod(Section, ABC):
     )
     liveness: LivenessSettings = Field(default_factory=LivenessSettings, description="When pictures are believed")
     exposure: ExposureSettings = Field(default_factory=ExposureSettings, description="How bright edges may be")
+    black_box: BlackBoxSettings = Field(
+        default_factory=BlackBoxSettings, description="Pictures kept of what led to an alarm"
+    )
     camera_temperature_max_c: float = Field(
         default=75.0,
         ge=0,
@@ -108,6 +126,16 @@ class SizingMethod(Section, ABC):
     @abstractmethod
     def scale_file(self) -> Path | None:
         """File that makes millimetres of pixels; None where the camera brings its own scale."""
+
+    @abstractmethod
+    def with_scale_file(self, file: Path) -> Self:
+        """Copy the settings with another scale file.
+
+        Parameters
+        ----------
+        file : Path
+            A rig file, or a picture of the empty line.
+        """
 
     @abstractmethod
     def make_source(self) -> "PairSource | PictureSource":

@@ -8,9 +8,11 @@ import math
 import threading
 import time
 from collections.abc import Generator
+from functools import partial
 
 from pydantic import TypeAdapter
 
+from appliance.black_box.black_box import BlackBox
 from appliance.cameras.exposure_control import ExposureGuard
 from appliance.cameras.liveness import Exposure, Liveness
 from appliance.cameras.source import (
@@ -27,6 +29,8 @@ from appliance.processes.message import StateMessage
 from appliance.processes.station_process import fault, report_rejected, serve
 from appliance.sizing.message import ReadingMessage
 from appliance.sizing.method import ScaleError, SizingMethod
+from appliance.sizing.reading_rows import row
+from appliance.sizing.recorded_settings import recorded_settings
 from appliance.sizing.settings import Sizing
 from vision.readings import SizeReading
 
@@ -51,9 +55,18 @@ def run(settings: SizingMethod, link: StationLink, closed: threading.Event) -> N
     closed : threading.Event
         Set when the link is closed.
     """
+    black_box = BlackBox(settings.black_box, "sizing")
+    link.on_request = lambda request: black_box.keep(request.why)
+    try:
+        _measure_until(settings, link, closed, black_box)
+    finally:
+        black_box.close()
+
+
+def _measure_until(settings: SizingMethod, link: StationLink, closed: threading.Event, black_box: BlackBox) -> None:
     while not closed.is_set():
         try:
-            _measure(settings, link, closed)
+            _measure(settings, link, closed, black_box)
         except EndOfRecording as error:
             _stay_at_end(link, closed, str(error))
         except CameraError as error:
@@ -63,11 +76,12 @@ def run(settings: SizingMethod, link: StationLink, closed: threading.Event) -> N
         closed.wait(RETRY_PAUSE_S)
 
 
-def _measure(settings: SizingMethod, link: StationLink, closed: threading.Event) -> None:
+def _measure(settings: SizingMethod, link: StationLink, closed: threading.Event, black_box: BlackBox) -> None:
     source = settings.make_source()
     with _warming(link):
         gauge = settings.make_gauge(lambda: link.send(StateMessage(state="starting")))
         gauge.warm_up()
+    black_box.files = recorded_settings(settings, gauge)
     with source:
         liveness = Liveness(settings.liveness, time.monotonic(), numbered=source.simulated)
         guard = ExposureGuard(settings.exposure, adjustable=isinstance(source, Adjustable))
@@ -78,12 +92,14 @@ def _measure(settings: SizingMethod, link: StationLink, closed: threading.Event)
             if exposed is None or exposure is None or not verdict.counts:
                 report_rejected(verdict, link, opens_again=not source.simulated)
                 continue
+            carried = gauge.carried
             reading, elapsed_ms = gauge.measure(*exposed.pictures)
+            black_box.add(exposed, partial(row, exposed.sequence, reading, elapsed_ms), carried)
             message = to_message(
                 reading, exposed, elapsed_ms, dropped=exposed.dropped + link.dropped, simulated=source.simulated
             )
             faults = verdict.faults | _exposure_faults(guard, reading, exposed, source) | _heat(settings, exposed)
-            link.send(message.model_copy(update={"faults": faults}))
+            link.send(message.model_copy(update={"faults": faults, "not_kept": black_box.trouble}))
 
 
 @contextlib.contextmanager

@@ -129,6 +129,7 @@ class SizingClient(StationClient[ReadingMessage]):
         self.measuring = True
         self.simulated = message.simulated
         self._faults.report_station(SIZING, message.faults)
+        self._report_kept(message.not_kept)
         now_s = self._worked_s = time.monotonic()
         self._judge(now_s)
         if self._publication.standing is not None:

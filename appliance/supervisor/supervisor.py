@@ -9,7 +9,7 @@ import contextlib
 import logging
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Set
 from pathlib import Path
 
 from appliance.conformity.plc_inputs import PlcInputs
@@ -62,6 +62,7 @@ class Supervisor:
         self._one_reload = asyncio.Lock()
         self._stopping = False
         self._refuses = False
+        self._kept: Set[str] = frozenset()
         self._history = HistoryKeeper(
             settings.history, self._inputs, self._scale_file, trust_min=settings.judging.trust_min, wall=wall
         )
@@ -140,6 +141,18 @@ class Supervisor:
             await self._server.stop()
             await self._inputs.save()
             await self._history.stop()
+
+    def keep_pictures(self, why: str = "request") -> None:
+        """Have every station write the last seconds of its pictures, if it keeps any.
+
+        Parameters
+        ----------
+        why : str
+            Name of the cause.
+        """
+        self._sizing.keep_pictures(why)
+        if self._ingots:
+            self._ingots.keep_pictures(why)
 
     async def reload(self, load: Callable[[], Settings]) -> None:
         """Apply new settings: stations whose settings changed restart; other changes report `restart_needed`.
@@ -222,6 +235,8 @@ class Supervisor:
         self._inputs.add(changed)
         self._shelve(changed)
         self._history.recorder.add_writes(changed)
+        if changed.get("keep_pictures"):
+            self.keep_pictures()
         if changed.get("acknowledge"):
             self._alarms.acknowledge()
             self._faults.acknowledge()
@@ -251,8 +266,15 @@ class Supervisor:
         self._faults.report("clock_stepped", active=self._clock.was_set(now_s))
         report_certificate(self._server, self._faults)
         self._history.update(self._faults, self._alarms)
-        causes = self._faults.active | {name for name, there in self._conditions(now_s).items() if there}
-        self._alarms.update(causes, now_s, suppressed=self._inputs.held)
+        conditions = {name for name, there in self._conditions(now_s).items() if there}
+        self._alarms.update(self._faults.active | conditions, now_s, suppressed=self._inputs.held)
+        self._keep_new(self._alarms.active | conditions & {"out_of_tolerance"})
+
+    def _keep_new(self, causes: Set[str]) -> None:
+        """Have pictures kept of each alarm that comes, and of a decision "out" before its alarm."""
+        for why in sorted(causes - self._kept):
+            self.keep_pictures(why)
+        self._kept = causes
 
     def _conditions(self, now_s: float) -> dict[str, bool]:
         """Alarm causes that are no faults of the gauge, by name."""

@@ -56,6 +56,15 @@ class Gauge:
         self._tangent = TangentGauge(rig, ovality_mm)
         self._virtual_board = VirtualBoardGauge(rig)
 
+    @property
+    def carried(self) -> tuple[float, float]:
+        """What the next frame gets of the earlier ones; see `VirtualBoardGauge.carried`."""
+        return self._virtual_board.carried
+
+    def resume(self, carried: tuple[float, float]) -> None:
+        """Go on as the gauge would whose `carried` this was; see `VirtualBoardGauge.resume`."""
+        self._virtual_board.resume(carried)
+
     def measure(self, left: SentPicture | Codes, right: SentPicture | Codes) -> SizeReading:
         """Diameter of the bar in one pair of pictures: route T's, judged by route V's.
 

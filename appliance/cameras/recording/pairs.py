@@ -7,6 +7,7 @@ from typing import Generic, Protocol, Self, TypeVar
 
 from appliance.cameras.pacing import Pacer, device_us, utc_ms
 from appliance.cameras.recording.picture_file import read_picture, read_told_coding
+from appliance.cameras.recording.stored_coding import StoredCodings
 from appliance.cameras.recording.video_file import VideoFile
 from appliance.cameras.source import CameraError, EndOfRecording, FramePair
 from vision.sent_picture import SentPicture
@@ -280,14 +281,18 @@ class _PictureFrames:
         self._paths = {number: (left[number], right[number]) for number in sorted(left)}
         self._numbers = list(self._paths)
         self._told = read_told_coding(folder)
+        self._stored = StoredCodings(folder)
         self.announced = len(self._numbers)
 
     def read(self, position: int) -> tuple[int, Pictures] | None:
         if position >= self.announced:
             return None
         number = self._numbers[position]
-        left, right = self._paths[number]
-        return number, (read_picture(left, self._told), read_picture(right, self._told))
+        left, right = (
+            self._stored.of(read_picture(path, self._told), path.stem, side, index)
+            for index, (side, path) in enumerate(zip(SIDES, self._paths[number], strict=True))
+        )
+        return number, (left, right)
 
     def place(self, side: str, number: int) -> str:
         return str(self._paths[number][SIDES.index(side)])

@@ -15,7 +15,9 @@ ROOM_BY_METHOD = {name: room for room in ROOMS for name in room.names}
 
 def add_measure(command: argparse.ArgumentParser) -> None:
     command.add_argument("recording", type=Path, metavar="RECORDING", help="folder with its pictures")
-    command.add_argument("--rig", type=Path, help="calibration from `hotgauge calibrate`; conveyor has none")
+    command.add_argument(
+        "--rig", type=Path, help="from `hotgauge calibrate`; conveyor has none, a black box its own"
+    )
     command.add_argument(
         "--output", type=Path, required=True, metavar="FILE", help="readings; CSV if it ends in .csv, else JSON lines"
     )
@@ -28,12 +30,18 @@ def add_measure(command: argparse.ArgumentParser) -> None:
 
 
 def run_measure(given: argparse.Namespace) -> None:
+    from appliance.sizing.measure_black_box import measure_black_box
+    from appliance.sizing.recorded_settings import brings_settings
+
+    refuse_other_formats(given.output)
     room = ROOM_BY_METHOD[given.method]
     _refuse_others(given, room)
-    refuse_other_formats(given.output)
     refuse_lost_input(given.output, (given.recording, given.rig, given.background))
     try:
-        room.run(given)
+        if given.rig is None and brings_settings(given.recording):
+            measure_black_box(given.recording, given.output)
+        else:
+            room.run(given)
     except OSError as error:
         path = error.filename or given.output
         raise CommandError(f"{path}: {error.strerror}; give a place in a writable folder") from error

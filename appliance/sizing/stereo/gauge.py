@@ -1,7 +1,7 @@
 """The stereo gauge with its computing time, which `vision` must not read, and error sentences for a wrong rig."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Generic, Protocol, TypeVar
@@ -33,6 +33,15 @@ class Measures(Protocol[Reading_co]):
         """Measure one pair."""
         ...
 
+    @property
+    def carried(self) -> tuple[float, float]:
+        """What the next frame gets of the earlier ones."""
+        ...
+
+    def resume(self, carried: tuple[float, float], /) -> None:
+        """Go on as the gauge would whose `carried` this was."""
+        ...
+
 
 class TimedGauge(Generic[Reading_co]):
     """A gauge that returns its computing time and refuses pictures of another size than its rig's.
@@ -59,6 +68,21 @@ class TimedGauge(Generic[Reading_co]):
             self._gauge = make(rig)
         except ValueError as error:
             raise RigError(f"{name}: {error}; calibrate again") from error
+
+    @property
+    def scale_file(self) -> tuple[str, bytes]:
+        """Name and content of the rig file; see `TimedReader.scale_file`."""
+        return "rig.json", self._rig.to_json().encode()
+
+    @property
+    def carried(self) -> tuple[float, ...]:
+        """What the next frame gets of the earlier ones; see `TimedReader.carried`."""
+        return self._gauge.carried
+
+    def resume(self, carried: Sequence[float]) -> None:
+        """Go on as the gauge would whose `carried` this was; see `TimedReader.resume`."""
+        height_mm, area_px = carried
+        self._gauge.resume((height_mm, area_px))
 
     def warm_up(self) -> None:
         """Measure a drawn bar once, so that code is compiled before the first pair."""

@@ -176,7 +176,7 @@ def test_no_value_is_a_quiet_nan_and_the_reserved_integers(nothing):
 
 def test_nothing_at_all_gives_no_value_everywhere_and_never_zero_for_a_measurement():
     values = decode(words_of(encode({})))
-    assert values["map_version"] == 4
+    assert values["map_version"] == 5
     assert values["sequence"] == values["validity"] == values["alarm_word"] == 0
     measured = [row for row in BLOCK if row.unit and row.constant is None]
     assert [row.name for row in measured if values[row.name] is not None] == []
