@@ -329,8 +329,8 @@ FAULTS: tuple[FaultRow, ...] = (
         "history_not_written",
         DeviceState.MAINTENANCE_REQUIRED,
         logging.WARNING,
-        "what is measured cannot be kept in the history",
-        "make room on the disk and the folder history.directory writable; measuring is not affected",
+        "what is measured, or the pictures of an alarm, cannot be kept",
+        "make room on the disk and the folders of history and black box writable; measuring is not affected",
         bit=29,
     ),
     FaultRow(
@@ -342,5 +342,14 @@ FAULTS: tuple[FaultRow, ...] = (
         "check the disk; sqlite3's .recover may read what was set aside",
         bit=31,
         latching=True,
+    ),
+    FaultRow(
+        523,
+        "delivery_failed",
+        DeviceState.MAINTENANCE_REQUIRED,
+        logging.WARNING,
+        "readings cannot be sent by MQTT, or figures not be served to Prometheus",
+        "see the log for why; check the broker, the network and the settings under mqtt and metrics",
+        bit=27,
     ),
 )

@@ -27,6 +27,8 @@ class HistoryKeeper:
         Gives the file that makes millimetres of pixels now; None where there is none.
     trust_min : float
         Mean trust below which a bar is undecided.
+    deliver : callable, optional
+        Gets each row, too, whether or not a history is kept; must not wait.
     wall : callable
         Wall time, seconds since 1970.
 
@@ -43,6 +45,7 @@ class HistoryKeeper:
         scale_file: Callable[[], Path | None],
         *,
         trust_min: float,
+        deliver: Callable[[Row], None] | None = None,
         wall: Callable[[], float] = time.time,
     ) -> None:
         run_utc_ms = round(1000 * wall())
@@ -50,8 +53,8 @@ class HistoryKeeper:
         if settings.directory is not None:
             version = importlib.metadata.version("hotgauge")
             self._writer = HistoryWriter(settings.directory, settings, run_utc_ms, version=version, wall=wall)
-        put = _discard if self._writer is None else self._writer.put
-        self.recorder = Recorder(put, run_utc_ms, settings, inputs, trust_min=trust_min, wall=wall)
+        self._deliver = deliver
+        self.recorder = Recorder(self._put, run_utc_ms, settings, inputs, trust_min=trust_min, wall=wall)
         self._scale_file = scale_file
 
     async def keep(self) -> None:
@@ -82,6 +85,8 @@ class HistoryKeeper:
         if self._writer is not None:
             await asyncio.to_thread(self._writer.stop)
 
-
-def _discard(_: Row) -> None:
-    """Keep nothing."""
+    def _put(self, row: Row) -> None:
+        if self._writer is not None:
+            self._writer.put(row)
+        if self._deliver is not None:
+            self._deliver(row)

@@ -17,7 +17,7 @@ from appliance.ingot.reader_setup import ReferencesError, load_view, make_reader
 from appliance.ingot.reporter import IngotReporter
 from appliance.ingot.settings import IngotSettings
 from appliance.processes.link import StationLink
-from appliance.processes.message import StateMessage
+from appliance.processes.message import KeepPictures, StateMessage
 from appliance.processes.station_process import fault, report_rejected, serve
 from vision.ingot.orientation_reader import IngotView, OrientationReader
 
@@ -41,7 +41,7 @@ def run(settings: IngotSettings, link: StationLink, closed: threading.Event) -> 
         Set when the link is closed.
     """
     black_box = BlackBox(settings.black_box, "ingot")
-    link.on_request = lambda request: black_box.keep(request.why)
+    link.on_line = lambda line: black_box.keep(KeepPictures.model_validate_json(line).why)
     try:
         _read_until(settings, link, closed, black_box)
     finally:

@@ -8,7 +8,7 @@ import socket
 import threading
 from collections.abc import Callable
 
-from appliance.processes.message import KeepPictures, StationMessage
+from appliance.processes.message import StationMessage
 
 
 class StationLink:
@@ -23,13 +23,13 @@ class StationLink:
     ----------
     dropped : int
         Messages that could not be sent because the supervisor did not read.
-    on_request : callable
-        Called, in another thread, with what the supervisor asks for; a station without a black box ignores it.
+    on_line : callable
+        Called, in another thread, with each line that the supervisor sends after the settings; ignored unless set.
     """
 
     def __init__(self, connection: socket.socket) -> None:
         self.dropped = 0
-        self.on_request: Callable[[KeepPictures], None] = _ignore
+        self.on_line: Callable[[bytes], None] = _ignore
         self._connection = connection
         self._one_at_a_time = threading.Lock()  # `warming` is sent from a thread of its own
         self._unsent = b""
@@ -54,5 +54,5 @@ class StationLink:
         self._unsent = self._unsent[sent:]
 
 
-def _ignore(_: KeepPictures) -> None:
-    """Keep no pictures."""
+def _ignore(_: bytes) -> None:
+    """Do nothing that is asked for."""

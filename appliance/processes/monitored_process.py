@@ -14,7 +14,7 @@ from asyncio.subprocess import DEVNULL, Process
 from collections.abc import Callable
 from typing import Generic, Literal, NamedTuple
 
-from appliance.processes.message import KeepPictures, Messages, MessageT, StateMessage
+from appliance.processes.message import Messages, MessageT, StateMessage
 from appliance.processes.resource_limits import EXIT_OUT_OF_MEMORY
 
 SILENCE_LIMIT_S = 4.0  # chosen: a process that sends nothing for so long after a reading hangs and is ended
@@ -24,6 +24,7 @@ FIRST_PAUSE_S = 0.2  # chosen: before the first restart; each further one in a r
 LONGEST_PAUSE_S = 3.0  # chosen
 ENDS_BEFORE_FAILING = 5  # chosen: ends in a row, the last of which makes the station `failing`
 FAILING_PAUSE_S = 30.0  # chosen
+UNREAD_MAX_BYTES = 1 << 20  # chosen: a process that leaves more unread is sent nothing
 GOOD_RUN_TIME_S = 30.0  # chosen: readings for so long end `failing`, and the count of ends begins anew
 
 
@@ -103,10 +104,19 @@ class MonitoredProcess(Generic[MessageT]):
         if self._life is not None and not self._life.done():  # between two processes the next start uses them
             self._life.cancel()
 
-    def send(self, request: KeepPictures) -> None:
-        """Ask the process that runs now for something; without one nothing happens."""
-        if self._writer is not None and not self._writer.is_closing():
-            self._writer.write(request.model_dump_json().encode() + b"\n")
+    def send(self, line: bytes) -> bool:
+        """Send a line to the process that runs now; whether there is one that reads.
+
+        Parameters
+        ----------
+        line : bytes
+            Without its end.
+        """
+        writer = self._writer
+        if writer is None or writer.is_closing() or writer.transport.get_write_buffer_size() > UNREAD_MAX_BYTES:
+            return False
+        writer.write(line + b"\n")
+        return True
 
     def _count_end(self, reason: str) -> float:
         """Report an end and return the pause before the next start, seconds."""

@@ -17,7 +17,7 @@ from pydantic import TypeAdapter
 from appliance.cameras.liveness import Verdict
 from appliance.cameras.source import CameraError
 from appliance.processes.link import StationLink
-from appliance.processes.message import KeepPictures, StateMessage
+from appliance.processes.message import StateMessage
 from appliance.processes.resource_limits import EXIT_OUT_OF_MEMORY, limit_process
 
 LEAVE_TIME_S = 2.0  # chosen: a loop that has not returned so long after the link's close hangs; the process exits
@@ -63,13 +63,13 @@ def serve(
 
 
 def _listen(connection: socket.socket, link: StationLink, closed: threading.Event) -> None:
-    """Hand requests to whom they are for, until the link is closed."""
+    """Hand lines to whom they are for until the link is closed; one that cannot be read ends the process."""
     unread = b""
     with contextlib.suppress(ConnectionError, ValueError):  # reset: the supervisor died with unread messages
         while received := connection.recv(1 << 12):
             *lines, unread = (unread + received).split(b"\n")
             for line in lines:
-                link.on_request(KeepPictures.model_validate_json(line))
+                link.on_line(line)
     closed.set()
     time.sleep(LEAVE_TIME_S)
     os._exit(1)  # the loop has not returned: it hangs in a camera driver or in native code

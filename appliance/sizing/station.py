@@ -25,7 +25,7 @@ from appliance.cameras.source import (
     PictureSource,
 )
 from appliance.processes.link import StationLink
-from appliance.processes.message import StateMessage
+from appliance.processes.message import KeepPictures, StateMessage
 from appliance.processes.station_process import fault, report_rejected, serve
 from appliance.sizing.message import ReadingMessage
 from appliance.sizing.method import ScaleError, SizingMethod
@@ -56,7 +56,7 @@ def run(settings: SizingMethod, link: StationLink, closed: threading.Event) -> N
         Set when the link is closed.
     """
     black_box = BlackBox(settings.black_box, "sizing")
-    link.on_request = lambda request: black_box.keep(request.why)
+    link.on_line = lambda line: black_box.keep(KeepPictures.model_validate_json(line).why)
     try:
         _measure_until(settings, link, closed, black_box)
     finally:

@@ -69,7 +69,7 @@ class StationClient(abc.ABC, Generic[MessageT]):
         why : str
             Name of the cause.
         """
-        self._process.send(KeepPictures(why=why))
+        self._process.send(KeepPictures(why=why).model_dump_json().encode())
 
     def _report_kept(self, trouble: str) -> None:
         """Report why pictures of the black box could not be written; empty if they could."""

@@ -14,11 +14,13 @@ from pathlib import Path
 
 from appliance.conformity.plc_inputs import PlcInputs
 from appliance.conformity.set_points import SetPoints
+from appliance.delivery.settings import DeliverySettings
 from appliance.diagnostics.alarms import Alarms
 from appliance.diagnostics.faults import Faults
 from appliance.errors import HotgaugeError
 from appliance.history.keeper import HistoryKeeper
 from appliance.supervisor.clock_watch import WallClock
+from appliance.supervisor.delivery_client import DeliveryClient
 from appliance.supervisor.ingot_client import INGOT, IngotClient, is_on
 from appliance.supervisor.plc_server import make_server, report_certificate
 from appliance.supervisor.self_check import SelfCheck
@@ -63,8 +65,15 @@ class Supervisor:
         self._stopping = False
         self._refuses = False
         self._kept: Set[str] = frozenset()
+        delivery = DeliverySettings(metrics=settings.metrics, mqtt=settings.mqtt)
+        self._delivery = DeliveryClient(delivery, self._faults) if delivery.is_on else None
         self._history = HistoryKeeper(
-            settings.history, self._inputs, self._scale_file, trust_min=settings.judging.trust_min, wall=wall
+            settings.history,
+            self._inputs,
+            self._scale_file,
+            trust_min=settings.judging.trust_min,
+            deliver=self._delivery.put if self._delivery else None,
+            wall=wall,
         )
         self._gate = StartGate({SIZING, INGOT} if is_on(settings.ingot) else {SIZING})
         self._sizing = SizingClient(
@@ -129,6 +138,8 @@ class Supervisor:
         parts.append(self._prove(on_serving, on_proof))
         if self._ingots:
             parts.append(self._ingots.run())
+        if self._delivery:
+            parts.append(self._delivery.run())
         tasks = {asyncio.create_task(part) for part in parts}
         try:
             done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -256,7 +267,10 @@ class Supervisor:
         values = self._sizing.values()
         if self._ingots:
             values |= self._ingots.values()
-        self._server.publish(encode(values | self._health(now_s), word_order=self._settings.plc.word_order))
+        values |= self._health(now_s)
+        self._server.publish(encode(values, word_order=self._settings.plc.word_order))
+        if self._delivery:
+            self._delivery.put_figures(values, self._alarms)
 
     def _update(self, now_s: float) -> None:
         """Update stations, faults and alarms to `now_s`."""

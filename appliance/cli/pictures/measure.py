@@ -15,9 +15,7 @@ ROOM_BY_METHOD = {name: room for room in ROOMS for name in room.names}
 
 def add_measure(command: argparse.ArgumentParser) -> None:
     command.add_argument("recording", type=Path, metavar="RECORDING", help="folder with its pictures")
-    command.add_argument(
-        "--rig", type=Path, help="from `hotgauge calibrate`; conveyor has none, a black box its own"
-    )
+    command.add_argument("--rig", type=Path, help="from `hotgauge calibrate`; conveyor has none, a black box its own")
     command.add_argument(
         "--output", type=Path, required=True, metavar="FILE", help="readings; CSV if it ends in .csv, else JSON lines"
     )
