@@ -32,12 +32,12 @@ def measure_black_box(recording: Path, output: Path) -> None:
     OSError
         `output` cannot be written.
     """
-    _, gauge = recorded_gauge(recording)
+    settings, gauge = recorded_gauge(recording)
     with whole_file(output) as file:
         write = row_writer(output, file, COLUMNS)
         for frame, pictures in tqdm(_frames(recording), unit="frame", disable=None):
             reading, elapsed_ms = gauge.measure(*pictures)
-            write(row(frame, reading, elapsed_ms))
+            write(row(frame, settings.adjustment.adjusted(reading), elapsed_ms))
 
 
 def _frames(recording: Path) -> Iterator[tuple[int, tuple[object, ...]]]:

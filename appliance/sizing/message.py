@@ -28,6 +28,8 @@ class ReadingMessage(StationMessage):
     reading : SizeReading
     faults : dict of str to str
         Faults with which the value is still served: names in the fault table, each with its detail.
+    adjustment_mm : float
+        Known error that was added to the diameter; 0 without a value.
     not_kept : str
         Why the last pictures of the black box could not be written; empty if they could.
     """
@@ -41,6 +43,7 @@ class ReadingMessage(StationMessage):
     simulated: bool
     reading: Annotated[SizeReading, NAN_AS_NULL]
     faults: dict[str, str] = Field(default_factory=dict)
+    adjustment_mm: float = 0.0
     not_kept: str = ""
 
 

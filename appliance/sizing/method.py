@@ -16,6 +16,7 @@ from appliance.black_box.settings import BlackBoxSettings
 from appliance.cameras.settings import ExposureSettings, LivenessSettings
 from appliance.errors import HotgaugeError
 from appliance.settings.section import Section, unit
+from appliance.sizing.adjustment import Adjustment
 from appliance.sizing.set_points import SetPointSettings
 
 if TYPE_CHECKING:
@@ -111,6 +112,9 @@ class SizingMethod(Section, ABC):
     )
     liveness: LivenessSettings = Field(default_factory=LivenessSettings, description="When pictures are believed")
     exposure: ExposureSettings = Field(default_factory=ExposureSettings, description="How bright edges may be")
+    adjustment: Adjustment = Field(
+        default_factory=Adjustment, description="Known error that is taken off, from a verification"
+    )
     black_box: BlackBoxSettings = Field(
         default_factory=BlackBoxSettings, description="Pictures kept of what led to an alarm"
     )

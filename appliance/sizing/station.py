@@ -33,6 +33,7 @@ from appliance.sizing.reading_rows import row
 from appliance.sizing.recorded_settings import recorded_settings
 from appliance.sizing.settings import Sizing
 from vision.readings import SizeReading
+from vision.reasons import Reason
 
 PAIR_TIMEOUT_S = 0.2  # chosen
 RETRY_PAUSE_S = 1.0  # chosen: pause after equipment trouble
@@ -93,13 +94,15 @@ def _measure(settings: SizingMethod, link: StationLink, closed: threading.Event,
                 report_rejected(verdict, link, opens_again=not source.simulated)
                 continue
             carried = gauge.carried
-            reading, elapsed_ms = gauge.measure(*exposed.pictures)
+            measured, elapsed_ms = gauge.measure(*exposed.pictures)
+            reading = settings.adjustment.adjusted(measured)
             black_box.add(exposed, partial(row, exposed.sequence, reading, elapsed_ms), carried)
             message = to_message(
                 reading, exposed, elapsed_ms, dropped=exposed.dropped + link.dropped, simulated=source.simulated
             )
             faults = verdict.faults | _exposure_faults(guard, reading, exposed, source) | _heat(settings, exposed)
-            link.send(message.model_copy(update={"faults": faults, "not_kept": black_box.trouble}))
+            more = {"faults": faults, "not_kept": black_box.trouble, "adjustment_mm": _added_mm(settings, reading)}
+            link.send(message.model_copy(update=more))
 
 
 @contextlib.contextmanager
@@ -130,6 +133,10 @@ def _exposure_faults(
     if isinstance(source, Adjustable) and math.isfinite(advice.exposure_us):
         source.set_exposure(advice.exposure_us)
     return advice.faults
+
+
+def _added_mm(settings: SizingMethod, reading: SizeReading) -> float:
+    return settings.adjustment.added_mm if Reason.ADJUSTED in reading.reasons else 0.0
 
 
 def _heat(settings: SizingMethod, exposed: FramePair | Frame) -> dict[str, str]:

@@ -31,6 +31,7 @@ from plc.codes import DeviceState
 from plc.listener import BindError
 from plc.process_image import encode
 from plc.rows import Value
+from plc.security.roles import Client
 
 SWAP_PERIOD_S = 0.05  # half of the longest period allowed, 100 ms, so that a late wake-up stays within it
 HEARTBEAT_PERIOD_S = 0.1  # the heartbeat counts at 10 Hz
@@ -242,10 +243,10 @@ class Supervisor:
     def _report_disk(self, fault: str, detail: str) -> None:
         self._faults.report(fault, active=bool(detail), detail=detail)
 
-    def _receive_write(self, changed: Mapping[str, int | bool]) -> None:
+    def _receive_write(self, changed: Mapping[str, int | bool], client: Client) -> None:
         self._inputs.add(changed)
         self._shelve(changed)
-        self._history.recorder.add_writes(changed)
+        self._history.recorder.add_writes(changed, client)
         if changed.get("keep_pictures"):
             self.keep_pictures()
         if changed.get("acknowledge"):

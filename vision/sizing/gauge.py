@@ -26,6 +26,7 @@ from vision.readings import SizeReading
 from vision.reasons import Reason
 from vision.sent_picture import Codes, SentPicture
 from vision.sizing.checked_pictures import checked_pair
+from vision.sizing.region_grid import Outline
 from vision.sizing.tangent.gauge import TangentGauge
 from vision.sizing.virtual_board.gauge import VirtualBoardGauge
 from vision.sizing.virtual_board.reading import VirtualBoardReading
@@ -88,6 +89,15 @@ class Gauge:
         pictures = checked_pair(self._rig, left, right)
         outlines = self._tangent.find(*pictures)
         moved_px = self._moved_px(*pictures)
+        reading = self._measure_found(pictures, outlines, moved_px)
+        return replace(reading, marks_moved_px=float(np.fmax(*moved_px)))
+
+    def _measure_found(
+        self,
+        pictures: tuple[SentPicture, SentPicture],
+        outlines: tuple[Outline, Outline] | Reason,
+        moved_px: tuple[float, float],
+    ) -> SizeReading:
         moved = _reasons_of_move(max(np.nan_to_num(moved_px)))
         if isinstance(outlines, Reason):
             return SizeReading(reasons=outlines | moved)
