@@ -49,7 +49,10 @@ class Adjustment(Section):
         missing = [name for name in ("expanded_mm", "date", "reason", "who") if not getattr(self, name)]
         if missing:
             raise ValueError(f"added_mm is not 0, so that {' and '.join(missing)} must be given")
-        date.fromisoformat(self.date)  # its ValueError says what is no day
+        try:
+            date.fromisoformat(self.date)
+        except ValueError as error:
+            raise ValueError(f"date is {self.date!r}; write the day as 2026-11-28") from error
         return self
 
     def adjusted(self, reading: SizeReading) -> SizeReading:

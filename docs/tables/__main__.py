@@ -4,6 +4,7 @@ import logging
 from pathlib import Path
 
 from appliance.conformity.thermal_expansion import GRADES
+from appliance.delivery.alert_rules import rules_file
 from appliance.diagnostics.alarms import ALARMS
 from appliance.diagnostics.fault_table import FAULTS
 from appliance.diagnostics.named_bits import named_bits
@@ -30,6 +31,7 @@ def texts() -> dict[str, str]:
         "alarms.md": alarms(),
         "grades.md": grades(),
         "history.md": history(),
+        "prometheus_alerts.yml": rules_file(),
     }
 
 

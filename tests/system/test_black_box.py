@@ -20,6 +20,7 @@ from appliance.cameras.simulated.pairs import MillSource
 from appliance.cameras.simulated.rig import mill_rig
 from appliance.cameras.simulated.settings import MillCamera
 from appliance.history import database
+from appliance.sizing.adjustment import Adjustment
 from appliance.sizing.stereo.rig_file import save_rig
 from appliance.sizing.stereo.settings import SizingSettings
 from plc.registers import SET_POINTS
@@ -72,6 +73,7 @@ def test_an_alarm_keeps_pictures_that_measure_to_the_bits_that_were_served(recor
         camera=RecordingCamera(kind="recording", path=recorded, rate_hz=4.0),
         rig=recorded / "rig.json",
         ovality_mm=0.7,
+        adjustment=Adjustment(added_mm=0.3, expanded_mm=0.05, date="2026-11-28", reason="master", who="A. Smith"),
         black_box=BlackBoxSettings(directory=boxes, seconds=3.0),
         stale_after_ms=5000,
     )
@@ -89,6 +91,7 @@ def test_an_alarm_keeps_pictures_that_measure_to_the_bits_that_were_served(recor
     kept = rows_of(box / "readings.jsonl")
     assert_same_bits(measured(box, tmp_path / "again.jsonl"), kept)
     assert any(row["weighted_deviation_mm"] for row in kept)
+    assert all("adjusted" in row["reasons"] for row in kept if row["valid"])
     assert all(row["u_shape_mm"] > 0 for row in kept if row["valid"])  # ovality is in the settings that it brings
     values = served(history)
     compared = 0
