@@ -12,6 +12,7 @@
     |   +-- RigError              sizing.stereo.rig_file     no usable rig file
     |   +-- EmptyLineError        sizing.conveyor.empty_line no usable picture of the empty line
     +-- ReferencesError           ingot.reader_setup         no usable references of the ingots' ends
+    +-- ArchiveError              archives.recordings        a folder of recordings cannot be measured
     +-- HistoryError              history.schema             the history cannot be read
     +-- ParquetMissingError       history.export             the library of Parquet files is not installed
     +-- ReportMissingError        reports.pages              a library that makes pages is not installed

@@ -4,45 +4,65 @@ import argparse
 from pathlib import Path
 
 from appliance.cli.outputs import refuse_lost_input, refuse_other_formats
+from appliance.cli.pictures.archive import add_archive, run_archive
 from appliance.command_options import CommandError
 from appliance.sizing.conveyor.measuring import ConveyorMeasuring
 from appliance.sizing.measuring import Measuring
 from appliance.sizing.stereo.measuring import StereoMeasuring
 
 ROOMS: tuple[Measuring, ...] = (StereoMeasuring(), ConveyorMeasuring())
+ARCHIVE_SUFFIX = ".parquet"
 ROOM_BY_METHOD = {name: room for room in ROOMS for name in room.names}
 
 
 def add_measure(command: argparse.ArgumentParser) -> None:
-    command.add_argument("recording", type=Path, metavar="RECORDING", help="folder with its pictures")
+    command.add_argument(
+        "recording", type=Path, metavar="RECORDING", help="folder with its pictures, or with recordings in it"
+    )
     command.add_argument("--rig", type=Path, help="from `hotgauge calibrate`; conveyor has none, a black box its own")
     command.add_argument(
-        "--output", type=Path, required=True, metavar="FILE", help="readings; CSV if it ends in .csv, else JSON lines"
+        "--output",
+        type=Path,
+        required=True,
+        metavar="FILE",
+        help="CSV if it ends in .csv, .parquet for a folder of recordings, else JSON lines",
     )
     command.add_argument(
         "--method", choices=tuple(ROOM_BY_METHOD), default="tangent", help="; ".join(room.text for room in ROOMS)
     )
     for room in ROOMS:
         room.add_options(command)
+    add_archive(command)
     command.add_argument("--plot", type=Path, metavar="DIR", help="folder for plots of virtual-board or conveyor")
 
 
-def run_measure(given: argparse.Namespace) -> None:
-    from appliance.sizing.measure_black_box import measure_black_box
-    from appliance.sizing.recorded_settings import brings_settings
-
-    refuse_other_formats(given.output)
-    room = ROOM_BY_METHOD[given.method]
-    _refuse_others(given, room)
+def run_measure(given: argparse.Namespace) -> int | None:
+    is_archive = given.output.suffix.lower() == ARCHIVE_SUFFIX
+    if not is_archive:
+        refuse_other_formats(given.output)
+        if given.processes or given.dask:
+            raise CommandError("--processes, --dask: these measure a folder of recordings; give --output FILE.parquet")
+    _refuse_others(given, ROOM_BY_METHOD[given.method])
     refuse_lost_input(given.output, (given.recording, given.rig, given.background))
     try:
-        if given.rig is None and brings_settings(given.recording):
-            measure_black_box(given.recording, given.output)
-        else:
-            room.run(given)
+        if is_archive:
+            return run_archive(given, measure_recording)
+        measure_recording(given)
     except OSError as error:
         path = error.filename or given.output
         raise CommandError(f"{path}: {error.strerror}; give a place in a writable folder") from error
+    return None
+
+
+def measure_recording(given: argparse.Namespace) -> None:
+    """Measure a single recording, with the scale that is given or with the one that it brings."""
+    from appliance.sizing.measure_black_box import measure_black_box
+    from appliance.sizing.recorded_settings import brings_settings
+
+    if given.rig is None and brings_settings(given.recording):
+        measure_black_box(given.recording, given.output)
+    else:
+        ROOM_BY_METHOD[given.method].run(given)
 
 
 def _refuse_others(given: argparse.Namespace, room: Measuring) -> None:
