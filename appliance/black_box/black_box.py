@@ -104,11 +104,22 @@ class BlackBox:
                 continue
             time.sleep(max(0.0, cause.moment_s + AFTER_S - time.monotonic()))
             try:
-                self._write(directory, cause)
+                self._write(directory, [cause, *self._meanwhile()])
             except OSError as error:
                 self.trouble = f"{directory}: the pictures of {cause.why} are not kept ({error.strerror})"
             else:
                 self.trouble = ""
+
+    def _meanwhile(self) -> list[_Cause]:
+        """Causes that came before the pictures are taken, which show them too."""
+        found: list[_Cause] = []
+        while not self._causes.empty():
+            cause = self._causes.get()
+            if cause is None:
+                self._causes.put(None)
+                break
+            found.append(cause)
+        return found
 
     def _is_due(self, cause: _Cause) -> bool:
         """Whether its pictures are still in memory, and none were written for the same cause shortly before."""
@@ -117,24 +128,25 @@ class BlackBox:
         again = before_s is not None and cause.moment_s - before_s < self._settings.again_after_s
         return not (forgotten or again)
 
-    def _write(self, directory: Path, cause: _Cause) -> None:
+    def _write(self, directory: Path, causes: list[_Cause]) -> None:
         exposures = self._memory.all()
         if not exposures:
             return
-        self._written_s[cause.why] = cause.moment_s
+        self._written_s |= {cause.why: cause.moment_s for cause in causes}
+        first = causes[0]
         directory.mkdir(parents=True, exist_ok=True)
         if shutil.disk_usage(directory).free < LEAST_FREE_SPACE_BYTES + sum(kept.size_bytes for kept in exposures):
             raise OSError(28, "no space left for them on the disk")
-        stamp = time.strftime("%Y%m%dT%H%M%SZ", time.gmtime(cause.utc_s))
+        stamp = time.strftime("%Y%m%dT%H%M%SZ", time.gmtime(first.utc_s))
         described = {
             "station": self._station,
-            "why": cause.why,
-            "utc_ms": round(1000 * cause.utc_s),
+            "why": list(dict.fromkeys(cause.why for cause in causes)),
+            "utc_ms": round(1000 * first.utc_s),
             "version": importlib.metadata.version("hotgauge"),
             "carried": [number if math.isfinite(number) else None for number in exposures[0].carried],
         }
         files = {BOX_FILE: (json.dumps(described, indent=1) + "\n").encode(), **self.files}
-        write_recording(directory / f"{stamp}-{self._station}-{cause.why}", exposures, files)
+        write_recording(directory / f"{stamp}-{self._station}-{first.why}", exposures, files)
         self._thin(directory)
 
     def _thin(self, directory: Path) -> None:

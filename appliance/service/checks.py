@@ -287,7 +287,8 @@ def _numbers(version: str) -> tuple[int, ...]:
     return tuple(int(number) for number in re.findall(r"\d+", version)[:3])
 
 
-WITHOUT_CAMERAS: tuple[Callable[[Settings], Check], ...] = (
-    scale, references, recordings, port, secure_port, delivery, disk, history, black_boxes, cache, memory, clock,
-    versions,
-)  # fmt: skip
+FOR_THE_START: tuple[Callable[[Settings], Check], ...] = (scale, references, recordings, port, secure_port, versions)
+"""Checks without which `run` refuses to start; `check-config` makes them, as any user and for a stopped gauge."""
+
+FOR_GOOD_WORK: tuple[Callable[[Settings], Check], ...] = (delivery, disk, history, black_boxes, cache, memory, clock)
+"""Checks of what the running gauge would report as a fault."""

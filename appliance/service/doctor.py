@@ -8,7 +8,7 @@ from appliance.cameras.liveness import Exposure
 from appliance.cameras.source import CameraError
 from appliance.ingot.reader_setup import ReferencesError, load_view, make_reader
 from appliance.service import systemd as service
-from appliance.service.checks import WITHOUT_CAMERAS, Check
+from appliance.service.checks import FOR_GOOD_WORK, FOR_THE_START, Check
 from appliance.service.install import UNIT
 from appliance.settings.file import SettingsError
 from appliance.sizing.method import ScaleError
@@ -32,7 +32,7 @@ def examine(config: Path | None) -> Iterator[Check]:
         yield Check("settings", "BAD", str(error))
         return
     yield Check("settings", "good", f"{config or 'the defaults'}")
-    for check in (*WITHOUT_CAMERAS, _cameras, _ingot_camera, _service):
+    for check in (*FOR_THE_START, *FOR_GOOD_WORK, _cameras, _ingot_camera, _service):
         yield check(settings)
 
 

@@ -19,12 +19,12 @@ def add_check_config(command: argparse.ArgumentParser) -> None:
 
 
 def run_check_config(given: argparse.Namespace) -> None:
-    from appliance.service.checks import WITHOUT_CAMERAS
+    from appliance.service.checks import FOR_THE_START
 
     settings = settings_file.load(given.config)
     file = given.config or "the defaults"
     served = _served(settings.plc, file)
-    for check in WITHOUT_CAMERAS:
+    for check in FOR_THE_START:
         if (found := check(settings)).verdict == "BAD":
             raise CommandError(f"{file}: {found.name}: {found.text}")
     print(f"# {file}: good; {served}; in force:")
