@@ -1,4 +1,4 @@
-"""What the black box costs measuring: time of a pair without it, with pictures in memory, and while they are written."""
+"""What the black box costs measuring: time of a pair without it, with it in memory, and while it writes."""
 
 import dataclasses
 import shutil
