@@ -62,7 +62,7 @@ def _write_exposures(folder: Path, exposures: deque[KeptExposure]) -> None:
         name = f"{number:06}"
         sides = SIDES if isinstance(kept.exposed, FramePair) else ("",)
         for side, picture in zip(sides, kept.pictures, strict=True):
-            _write_picture(folder, f"{side}/{name}.png", picture)
+            _write_picture(folder, Path(side) / f"{name}.png", picture)
         if any(picture.coding not in PLAIN_CODINGS for picture in kept.pictures):
             codings[name] = [dataclasses.asdict(picture.coding) for picture in kept.pictures]
         if isinstance(kept.exposed, FramePair):
@@ -77,7 +77,7 @@ def _write_exposures(folder: Path, exposures: deque[KeptExposure]) -> None:
         _write(folder / MEASURED_FOLDER / CODINGS_FILE, json.dumps(codings, indent=1).encode())
 
 
-def _write_picture(folder: Path, name: str, picture: SentPicture) -> None:
+def _write_picture(folder: Path, name: Path, picture: SentPicture) -> None:
     _write(folder / name, _png(picture.shown))
     if is_apart(picture):
         _write(folder / MEASURED_FOLDER / name, _png(picture.measured))

@@ -14,6 +14,7 @@ from appliance.diagnostics.alarms import ALARMS
 from appliance.diagnostics.fault_table import FAULTS
 from plc.registers import REGISTERS
 
+# a gauge may not end in "_total", which is a counter's
 UNIT_ENDINGS = {"mm": "_mm", "%": "_percent", "ms": "_ms", "°C": "_celsius", "": ""}
 COUNTERS = ("frames_dropped", "clients_refused")
 FAULT_NAME, ALARM_NAME = "hotgauge_fault", "hotgauge_alarm"
@@ -39,7 +40,12 @@ def _figures() -> tuple[Figure, ...]:
         and row.unit in UNIT_ENDINGS
     ]
     return tuple(
-        Figure(f"hotgauge_{row.name}{UNIT_ENDINGS[row.unit]}", row.name, row.name in COUNTERS, row.text)
+        Figure(
+            f"hotgauge_{row.name.removesuffix('_total')}{UNIT_ENDINGS[row.unit]}",
+            row.name,
+            row.name in COUNTERS,
+            row.text,
+        )
         for row in shown
     )
 

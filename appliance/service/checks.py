@@ -79,13 +79,13 @@ def recordings(settings: Settings) -> Check:
     """Recordings that stand in for cameras."""
     stations = {"sizing": settings.sizing.camera, "ingot": settings.ingot.camera}
     played = [name for name, camera in stations.items() if camera.kind == "recording"]
-    for name in played:
-        source = settings.sizing.make_source() if name == "sizing" else settings.ingot.camera.make_source()
+    for station in played:
+        source = settings.sizing.make_source() if station == "sizing" else settings.ingot.camera.make_source()
         try:
             with source:
                 pass
         except CameraError as error:
-            return Check("recordings", "BAD", f"{name}.camera: {error}")
+            return Check("recordings", "BAD", f"{station}.camera: {error}")
     return Check("recordings", "good", ", ".join(played) or "none is played")
 
 
@@ -257,8 +257,8 @@ def versions(_: Settings) -> Check:
     """Libraries against the versions that this software was made for."""
     wrong: list[str] = []
     for line in importlib.metadata.requires("hotgauge") or ():
-        name, _, extra = line.partition(";")
-        found = re.match(r"([\w.-]+)(.*)", name.strip())
+        wanted, _, extra = line.partition(";")
+        found = re.match(r"([\w.-]+)(.*)", wanted.strip())
         if found is None or extra:
             continue
         try:

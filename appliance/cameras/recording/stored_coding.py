@@ -12,7 +12,7 @@ from typing import Any
 import cv2
 
 from appliance.cameras.source import CameraError
-from vision.sent_picture import Codes, Coding, SentPicture, sent_picture
+from vision.sent_picture import Coding, SentPicture, sent_picture
 
 MEASURED_FOLDER = "measured"
 CODINGS_FILE = "codings.json"
@@ -67,7 +67,7 @@ class StoredCodings:
         if name not in self._codings:
             return picture
         path = self._folder / side / f"{name}.png"
-        codes: Codes | None = picture.shown
+        codes: Any = picture.shown  # OpenCV's own types name every number there is
         if path.is_file():
             codes = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
         if codes is None or codes.shape[:2] != picture.shown.shape[:2]:
@@ -79,5 +79,5 @@ class StoredCodings:
 
 
 def _coding(told: dict[str, Any]) -> Coding:
-    red, blue = told["luma_weights"]
-    return Coding(**{**told, "luma_weights": (float(red), float(blue))})
+    red, blue = told.pop("luma_weights")
+    return Coding(luma_weights=(float(red), float(blue)), **told)
