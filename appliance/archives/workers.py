@@ -33,6 +33,7 @@ def by_processes(measure: Measure, recordings: Sequence[Path], processes: int) -
     ------
     tuple of Path and list of dict
     """
+    os.environ.setdefault("TQDM_DISABLE", "1")  # for the processes: no progress bars of single recordings
     lost = dict.fromkeys(recordings, 0)
     waiting = list(recordings)
     while waiting:
@@ -40,7 +41,7 @@ def by_processes(measure: Measure, recordings: Sequence[Path], processes: int) -
         # one at a time once a worker was lost: then the recording that loses it is known
         workers = 1 if any(lost.values()) else processes
         context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(workers, mp_context=context, initializer=_quiet) as pool:
+        with ProcessPoolExecutor(workers, mp_context=context) as pool:
             futures: dict[Future[Rows], Path] = {pool.submit(measure, one): one for one in waiting}
             for future in as_completed(futures):
                 recording = futures[future]
@@ -101,8 +102,3 @@ def by_dask(measure: Measure, recordings: Sequence[Path], address: str) -> Itera
 def failed(why: str) -> dict[str, Any]:
     """Row of a recording that cannot be measured."""
     return {"frame": None, "error": why}
-
-
-def _quiet() -> None:
-    """No progress bars of single recordings."""
-    os.environ["TQDM_DISABLE"] = "1"

@@ -257,7 +257,7 @@ def versions(_: Settings) -> Check:
     """Libraries against the versions that this software was made for."""
     wrong: list[str] = []
     for line in importlib.metadata.requires("hotgauge") or ():
-        wanted, _, extra = line.partition(";")
+        wanted, extra = line.partition(";")[::2]
         found = re.match(r"([\w.-]+)(.*)", wanted.strip())
         if found is None or extra:
             continue

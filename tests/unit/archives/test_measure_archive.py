@@ -3,13 +3,13 @@
 import json
 import os
 import shutil
-import signal
 from functools import partial
 from pathlib import Path
 
 import cv2
 import pyarrow.parquet as pq
 import pytest
+from archive_workers import FRAMES, counted, ends_always, ends_once, refuses
 
 from appliance.archives.measure_archive import measure_archive
 from appliance.archives.recordings import ArchiveError, find_recordings
@@ -20,7 +20,6 @@ from appliance.sizing.reading_rows import COLUMNS
 from appliance.sizing.stereo.rig_file import save_rig
 
 SIDES = ("left", "right")
-FRAMES = 2
 NAMES = ("a/first", "a/second", "third")
 
 
@@ -37,34 +36,6 @@ def archive(tmp_path_factory) -> Path:
                     place.mkdir(parents=True, exist_ok=True)
                     cv2.imwrite(str(place / f"{number:06}.png"), picture)
     return folder
-
-
-def counted(recording: Path, log: Path) -> list[dict]:
-    """Rows of a recording without measuring it, and a line for each call."""
-    with log.open("a") as file:
-        file.write(f"{recording.name}\n")
-    return [{"frame": number, "diameter_mm": 100.0 + number, "reasons": ["no_bar"]} for number in range(FRAMES)]
-
-
-def ends_once(recording: Path, log: Path) -> list[dict]:
-    """As `counted`, but the process is killed on the second recording the first time."""
-    mark = log.with_suffix(".killed")
-    if recording.name == "second" and not mark.exists():
-        mark.touch()
-        os.kill(os.getpid(), signal.SIGKILL)
-    return counted(recording, log)
-
-
-def ends_always(recording: Path, log: Path) -> list[dict]:
-    if recording.name == "second":
-        os.kill(os.getpid(), signal.SIGKILL)
-    return counted(recording, log)
-
-
-def refuses(recording: Path, log: Path) -> list[dict]:
-    if recording.name == "second":
-        return [{"frame": None, "error": "right/000001.png: the file breaks off"}]
-    return counted(recording, log)
 
 
 def run(archive: Path, output: Path, measure, options=None):
