@@ -13,6 +13,7 @@ from plc.security.roles import Role
 
 MOSQUITTO = shutil.which("mosquitto", path="/usr/sbin:/usr/local/sbin:/usr/bin") or "mosquitto"
 SUBSCRIBER = "reader"
+PROBE = "hotgauge/probe"
 
 
 class Broker:
@@ -43,6 +44,7 @@ class Broker:
         self._process: subprocess.Popen[bytes] | None = None
         self._subscriber: subprocess.Popen[str] | None = None
         self.received: list[tuple[str, str]] = []
+        self._known = threading.Event()
 
     def start(self) -> None:
         self._process = subprocess.Popen(
@@ -57,17 +59,24 @@ class Broker:
             self._process = None
 
     def subscribe(self) -> None:
-        words = ["mosquitto_sub", "-h", "127.0.0.1", "-p", str(self.port), "-q", "1", "-c", "-i", SUBSCRIBER]
-        words += ["-t", "hotgauge/#", "-F", "%t %p", "--cafile", str(self.folder / "authority.pem")]
-        words += ["--cert", str(self.folder / f"client-{SUBSCRIBER}.pem")]
-        words += ["--key", str(self.folder / f"client-{SUBSCRIBER}.key")]
+        """Have a subscriber whom the broker knows: from now on it gets everything, whenever either was away."""
+        place = ["-h", "127.0.0.1", "-p", str(self.port), "--cafile", str(self.folder / "authority.pem")]
+        place += ["--cert", str(self.folder / f"client-{SUBSCRIBER}.pem")]
+        place += ["--key", str(self.folder / f"client-{SUBSCRIBER}.key"), "-q", "1"]
+        probe = ["mosquitto_pub", *place, "-t", PROBE, "-m", "1", "-r"]
+        assert self.wait_for(lambda: subprocess.run(probe, check=False, capture_output=True).returncode == 0, 10)
+        words = ["mosquitto_sub", *place, "-c", "-i", SUBSCRIBER, "-t", "hotgauge/#", "-F", "%t %p"]
         self._subscriber = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         threading.Thread(target=self._read, args=(self._subscriber,), daemon=True).start()
+        assert self.wait_for(self._known.is_set, 10)
 
     def _read(self, subscriber: subprocess.Popen[str]) -> None:
         for line in subscriber.stdout:
             topic, _, text = line.rstrip("\n").partition(" ")
-            self.received.append((topic, text))
+            if topic == PROBE:
+                self._known.set()
+            else:
+                self.received.append((topic, text))
 
     def rows(self, table: str) -> list[dict]:
         return [json.loads(text) for topic, text in list(self.received) if topic == f"hotgauge/{table}"]
