@@ -22,8 +22,8 @@ check: $(VENV)/installed-dev
 # tests in two processes first; those that need the computer for themselves (marked `alone`) after them
 test: packages $(VENV)/installed-systemd $(CONTRIB)/installed lint types contracts kernels
 	rm -f .coverage .coverage.*
-	$(BIN)/python -m pytest --cov --cov-report= -m "not alone" $(IN_TWO_PROCESSES)
-	$(BIN)/python -m pytest --cov --cov-append --cov-fail-under=91 -m alone
+	$(BIN)/python -m pytest --cov --cov-report= --durations=20 -m "not alone" $(IN_TWO_PROCESSES)
+	$(BIN)/python -m pytest --cov --cov-append --cov-fail-under=91 --durations=20 -m alone
 
 unit: kernels
 	$(BIN)/python -m pytest tests/unit tests/docs $(IN_TWO_PROCESSES)

@@ -49,7 +49,10 @@ class IngotLimits(Section):
         json_schema_extra=unit("°"),
     )
     length: float = Field(
-        default=2.0, ge=1, le=10, description="Longest ingot as it is seen, in diameters of its end; longer ones hang"
+        default=2.0,
+        ge=1,
+        le=10,
+        description="Longest visible ingot, in diameters of its end; a longer one is being lowered on end",
     )
     arc: float = Field(default=0.6, gt=0, le=1, description="Least visible share of the end's lower half circle")
     red_floor: int = Field(default=100, ge=1, le=254, description="Lowest threshold of the red channel")
@@ -88,13 +91,24 @@ class IngotDecisionSettings(Section):
         json_schema_extra=unit("%"),
     )
     late_frames: int = Field(
-        default=15, ge=2, le=10000, description="Pictures after which the late probabilities count"
+        default=15,
+        ge=2,
+        le=10000,
+        description="Pictures of an undecided ingot after which the late probabilities apply",
     )
-    least_frames: int = Field(default=3, ge=1, le=1000, description="Pictures before which nothing is decided")
+    least_frames: int = Field(default=3, ge=1, le=1000, description="Fewest pictures of an ingot before it is decided")
     still: float = Field(
-        default=0.2, gt=0, le=2, description="Farthest way between two pictures of an ingot that lies, in radii"
+        default=0.2,
+        gt=0,
+        le=2,
+        description="Largest movement of a resting ingot between two pictures, in radii of its end",
     )
-    gone_frames: int = Field(default=5, ge=1, le=1000, description="Pictures without an end after which it is gone")
+    gone_frames: int = Field(
+        default=5,
+        ge=1,
+        le=1000,
+        description="Pictures in a row without an ingot's end after which the ingot counts as gone",
+    )
 
 
 class IngotSettings(Section):
@@ -103,20 +117,22 @@ class IngotSettings(Section):
     camera: IngotCamera = Field(default_factory=NoCamera, description="Where pictures come from")
     references: FilePath | None = Field(
         default=None,
-        description="Folder with top.png, bottom.png and perhaps roi.json; the simulated line can do without",
+        description="Folder with top.png, bottom.png and perhaps roi.json; not needed for the simulated line",
     )
     classifier: ClassifierName = Field(
         default="relief", description="How one picture is judged; dual and single are those of the dissertation"
     )
-    crop: Box = Field(default=[], description="Part of the picture that is looked at; []: as roi.json says")
+    crop: Box = Field(
+        default=[], description="Part of the picture in which ingots are searched; []: the part in roi.json"
+    )
     centroid: Box = Field(
-        default=[], description="Where the middle of an ingot on the line may be; []: as roi.json says"
+        default=[], description="Where the middle of an ingot on the line may be; []: the area in roi.json"
     )
     stale_after_ms: int = Field(
         default=2000,
         ge=100,
         le=60000,
-        description="Age from which a picture says nothing any more",
+        description="Age of the newest picture above which no orientation is served",
         json_schema_extra=unit("ms"),
     )
     memory_max_mb: int = Field(

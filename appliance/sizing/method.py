@@ -97,7 +97,7 @@ class SizingMethod(Section, ABC):
         default=800,
         ge=100,
         le=10000,
-        description="Age from which a reading is no value any more",
+        description="Age above which a reading is no longer served as a value",
         json_schema_extra=unit("ms"),
     )
     memory_max_mb: int = Field(

@@ -23,7 +23,7 @@ class TlsSettings(Section):
 
     port: int = Field(default=802, ge=1, le=65535, description="TCP port of Modbus/TCP Security")
     certificate: FilePath | None = Field(default=None, description="The gauge's certificate, PEM")
-    key: FilePath | None = Field(default=None, description="Its key, PEM, without a password")
+    key: FilePath | None = Field(default=None, description="Key of the gauge's certificate, PEM, without a password")
     authority: FilePath | None = Field(default=None, description="Certificate of the authority of its clients, PEM")
 
     @property
@@ -72,7 +72,7 @@ class PlcSettings(Section):
     )
     writers: Annotated[list[str], AfterValidator(_writers)] = Field(
         default=[],
-        description="Addresses and networks that may write, on both ports; without any: every address",
+        description="Addresses and networks that may write, on both ports; []: every address",
     )
     word_order: Literal["big", "little"] = Field(
         default="big",
@@ -83,7 +83,7 @@ class PlcSettings(Section):
         default=5.0,
         ge=1,
         le=3600,
-        description="Time without a change of plc_heartbeat, once it was written, that is an alarm",
+        description="Time without a change of plc_heartbeat, once the PLC has written it, before an alarm",
         json_schema_extra=unit("s"),
     )
     shelving_min: float = Field(
@@ -95,7 +95,7 @@ class PlcSettings(Section):
     )
     state_directory: FilePath | None = Field(
         default=None,
-        description="Folder that keeps set points over a restart; without: the service manager's, or none",
+        description="Folder in which set points survive a restart; not set: the folder that systemd provides, or none",
     )
     tls: Annotated[TlsSettings, AfterValidator(_tls)] = Field(
         default_factory=TlsSettings, validate_default=True, description="Modbus/TCP Security"

@@ -34,7 +34,7 @@ class GenicamSection(Section):
     black_level: float = Field(
         default=0.0, ge=0, le=4096, description="Code value of darkness, where the camera has such a setting"
     )
-    region: Box = Field(default=[], description="Part of the sensor that is sent; empty sends the whole")
+    region: Box = Field(default=[], description="Part of the sensor that is read out; []: all of it")
     trigger: str = Field(
         default="", description="Input that fires each exposure, such as Line0; empty: the camera runs freely"
     )

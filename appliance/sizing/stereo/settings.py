@@ -32,7 +32,7 @@ class SizingSettings(SizingMethod):
     camera: StereoCamera = Field(default_factory=MillCamera, description="Where image pairs come from")
     rig: FilePath | None = Field(
         default=None,
-        description="Calibration of the two cameras, from `hotgauge calibrate`; the mill can do without",
+        description="Calibration of the two cameras, from `hotgauge calibrate`; not needed for the mill",
     )
 
     @property
