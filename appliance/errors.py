@@ -22,6 +22,10 @@
     +-- PlotsMissingError         sizing.figures             the plotting library is not installed
     +-- OutputError               simulation.write_recording a recording cannot be written
     +-- TrainingError             training.edge_forest       a model cannot be trained or written
+    +-- PlanError                 planning.expected          a planned mounting cannot work
+    +-- PageError                 page.serve                 the page cannot be served
+    +-- CommissioningError        page.commissioning         a step of commissioning cannot be done
+    +-- UsersError                page.access.users          the page's file of users cannot be used
     +-- InstallError              service.install            the service cannot be installed
 
 Two rooms that know nothing of the appliance have errors of their own: `plc.poll.PollError` (a gauge does not answer as

@@ -144,7 +144,7 @@ def _csv_entry(row: Register, table: Table, bits: Bits) -> _Entry:
     codes = CODES[row.name].texts() if row.name in CODES else {}
     return _entry(row, table) | {
         "address_1_based": row.address + 1,
-        "modicon": _modicon(row, table),
+        "modicon": modicon(row, table),
         "functions": " ".join(map(str, functions)),
         "lower": row.lower,
         "upper": row.upper,
@@ -153,8 +153,14 @@ def _csv_entry(row: Register, table: Table, bits: Bits) -> _Entry:
     }
 
 
-def _modicon(row: Register, table: Table) -> str:
-    """Address as PLCs of the Modicon kind count it, 1-based, the table in front."""
+def modicon(row: Register, table: Table) -> str:
+    """Address as PLCs of the Modicon kind count it, 1-based, the table in front.
+
+    Parameters
+    ----------
+    row : Register
+    table : {"input", "holding", "discrete", "coil"}
+    """
     return f"{_MODICON[table] + row.address:05d}"
 
 
@@ -205,7 +211,7 @@ def _markdown_section(table: Table, heading: str) -> str:
 
 def _cell(column: str, content: object, row: Register, table: Table) -> str:
     if column == "address":
-        return f"{content} ({_modicon(row, table)})"
+        return f"{content} ({modicon(row, table)})"
     return "" if content is None else str(content)
 
 

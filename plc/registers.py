@@ -202,7 +202,7 @@ REGISTERS: tuple[Register, ...] = (
     *(_alarm(bit, f"alarm_spare_{bit}", "reserved for growth of the map, reads 0") for bit in range(8, 16)),
     *_STATUS,
     _command(32, "acknowledge", "0 -> 1 acknowledges all alarms"),
-    _command(33, "hold", "1 holds the gauge: function check, validity off, alarms suppressed"),
+    _command(33, "hold", "1 holds the gauge: not for control, validity off, alarms suppressed"),
     *(
         _command(SHELVE_FIRST + row.address, f"shelve_{row.name.removeprefix('alarm_')}", f"0 -> 1 shelves {row.name}")
         for row in _ALARMS

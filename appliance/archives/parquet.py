@@ -9,8 +9,8 @@ from appliance.archives.parts import Rows
 from appliance.archives.recordings import ArchiveError
 from appliance.files.atomic_file import whole_place
 
-INTEGERS = frozenset({"frame", "windows_kept", "windows_total"})
-TEXTS = frozenset({"recording", "method", "error"})
+INTEGERS = frozenset({"frame", "windows_kept", "windows_total", "time_us", "bar"})
+TEXTS = frozenset({"recording", "method", "decision", "error"})
 ROWS_IN_A_GROUP = 50_000
 
 

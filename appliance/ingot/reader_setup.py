@@ -44,13 +44,13 @@ def load_view(folder: Path) -> IngotView:
 
 def _regions(file: Path) -> tuple[Box | None, Box | None]:
     try:
-        regions = json.loads(file.read_text(encoding="utf-8"))
+        regions = json.loads(file.read_text(encoding="utf-8-sig"))
         return _box(regions["roi_crop"]), _box(regions["roi_centroid"])
     except FileNotFoundError:
         return None, None
     except OSError as error:
         raise ReferencesError(f"{file}: cannot be read ({error.strerror}); check its permissions") from error
-    except (ValueError, TypeError, KeyError) as error:
+    except (ValueError, TypeError, KeyError, OverflowError, RecursionError) as error:
         raise ReferencesError(
             f"{file}: no regions in it; give roi_crop and roi_centroid as [x, y, width, height] in whole pixels"
         ) from error

@@ -7,19 +7,22 @@ import threading
 import time
 from functools import partial
 
+import numpy as np
 from pydantic import TypeAdapter
 
 from appliance.black_box.black_box import BlackBox
 from appliance.cameras.liveness import Exposure, Liveness
-from appliance.cameras.source import CameraError, EndOfRecording
+from appliance.cameras.source import CameraError, EndOfRecording, Frame
 from appliance.ingot.frame_rows import frame_row
 from appliance.ingot.reader_setup import ReferencesError, load_view, make_reader
 from appliance.ingot.reporter import IngotReporter
 from appliance.ingot.settings import IngotSettings
 from appliance.processes.link import StationLink
 from appliance.processes.message import KeepPictures, StateMessage
+from appliance.processes.preview import Line, Lines, PreviewWriter
 from appliance.processes.station_process import fault, report_rejected, serve
 from vision.ingot.orientation_reader import IngotView, OrientationReader
+from vision.readings import OrientationReading
 
 PICTURE_TIMEOUT_S = 0.2  # chosen
 RETRY_PAUSE_S = 1.0  # chosen: pause after equipment trouble
@@ -69,6 +72,7 @@ def _read(
     source = settings.camera.make_source()
     view = _view(settings)
     black_box.files = _recorded_settings(settings)
+    preview = PreviewWriter("ingot")
     reader: OrientationReader | None = None
     with source:
         link.send(StateMessage(state="starting"))
@@ -84,6 +88,7 @@ def _read(
             reading = reader.read(frame.picture)
             elapsed_ms = 1000 * (time.perf_counter() - started_s)
             black_box.add(frame, partial(frame_row, frame.sequence, reading))
+            preview.offer([frame.picture], partial(_lines, reading), _figures(reading, frame))
             message = ingots.report(frame, reading, elapsed_ms, dropped=link.dropped, simulated=source.simulated)
             link.send(message.model_copy(update={"faults": verdict.faults, "not_kept": black_box.trouble}))
 
@@ -96,6 +101,23 @@ def _recorded_settings(settings: IngotSettings) -> dict[str, bytes]:
             if path.name in {"top.png", "bottom.png", "roi.json"}:
                 files[f"references/{path.name}"] = path.read_bytes()
     return files
+
+
+def _lines(reading: OrientationReading) -> Lines:
+    turn = np.linspace(0, 2 * np.pi, 60)
+    circle = np.column_stack([np.cos(turn), np.sin(turn)]) * reading.radius + (reading.center_x, reading.center_y)
+    return [[Line("end", circle)]]
+
+
+def _figures(reading: OrientationReading, frame: Frame) -> dict[str, float | None]:
+    """What the page shows beside the picture."""
+    return {
+        "sequence": frame.sequence,
+        "exposed_utc_ms": frame.exposed_utc_ms,
+        "exposure_us": frame.exposure_us,
+        "ssim_top": reading.ssim_top,
+        "ssim_bottom": reading.ssim_bottom,
+    }
 
 
 def _view(settings: IngotSettings) -> IngotView:

@@ -218,6 +218,8 @@ def _writable(name: str, folder: Path, what: str) -> Check:
         with tempfile.TemporaryFile(dir=there):
             free_mb = shutil.disk_usage(there).free >> 20
     except OSError as error:
+        if error.errno == errno.EACCES and os.geteuid() != 0:  # it belongs to the service's user, as it should
+            return Check(name, "note", f"{folder}: not writable for you; run the doctor with sudo to check it")
         return Check(name, "BAD", f"{folder}: {error.strerror}; make it writable for the user of the service")
     if free_mb < LEAST_FREE_SPACE_MB:
         return Check(name, "BAD", f"{folder}: {free_mb} MB free; make room for {LEAST_FREE_SPACE_MB} MB")

@@ -79,7 +79,7 @@ def _service(_: Settings) -> Check:
     if not Path("/run/systemd/system").is_dir():
         return Check("service", "note", "this computer does not run systemd; start `hotgauge run` by other means")
     if not service.available():
-        return Check("service", "BAD", "systemd-python is missing; pip install 'hotgauge[systemd]'")
+        return Check("service", "BAD", "systemd-python is missing; pip install systemd-python")
     if not (Path("/") / UNIT).is_file():
         return Check("service", "note", "not installed; as root: hotgauge install")
     asked = subprocess.run(["systemctl", "is-active", UNIT.name], check=False, capture_output=True, text=True)

@@ -9,12 +9,13 @@ from appliance.cameras.recording.pairs import SIDES, Recording
 from appliance.cameras.recording.pictures import PictureRecording
 from appliance.files.atomic_file import whole_file
 from appliance.files.row_writer import row_writer
-from appliance.sizing.reading_rows import COLUMNS, row
+from appliance.sizing.exact_rows import EXACT_COLUMNS, exact_row
 from appliance.sizing.recorded_settings import recorded_gauge
+from appliance.sizing.summary import Summary
 
 
-def measure_black_box(recording: Path, output: Path) -> None:
-    """Measure every frame; the output appears whole or not at all.
+def measure_black_box(recording: Path, output: Path) -> list[str]:
+    """Measure every frame, not rounded; the output appears whole or not at all. Lines of a summary.
 
     Parameters
     ----------
@@ -33,11 +34,15 @@ def measure_black_box(recording: Path, output: Path) -> None:
         `output` cannot be written.
     """
     settings, gauge = recorded_gauge(recording)
+    summary = Summary()
     with whole_file(output) as file:
-        write = row_writer(output, file, COLUMNS)
+        write = row_writer(output, file, EXACT_COLUMNS)
         for frame, pictures in tqdm(_frames(recording), unit="frame", disable=None):
             reading, elapsed_ms = gauge.measure(*pictures)
-            write(row(frame, settings.adjustment.adjusted(reading), elapsed_ms))
+            adjusted = settings.adjustment.adjusted(reading)
+            summary.add(adjusted)
+            write(exact_row(frame, adjusted, elapsed_ms))
+    return summary.lines()
 
 
 def _frames(recording: Path) -> Iterator[tuple[int, tuple[object, ...]]]:

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from appliance.cameras.source import PairSource, PictureSource
+    from appliance.processes.preview import Lines
     from vision.readings import SizeReading
 
 
@@ -80,6 +81,10 @@ class TimedReader(Protocol):
 
     def warm_up(self) -> None:
         """Compile and load all that measuring needs."""
+        ...
+
+    def lines(self, reading: "SizeReading", /) -> "Lines":
+        """What a reading and the scale look like in each picture, left first, for people who aim the cameras."""
         ...
 
 

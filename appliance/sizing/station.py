@@ -26,10 +26,11 @@ from appliance.cameras.source import (
 )
 from appliance.processes.link import StationLink
 from appliance.processes.message import KeepPictures, StateMessage
+from appliance.processes.preview import Picture, PreviewWriter
 from appliance.processes.station_process import fault, report_rejected, serve
+from appliance.sizing.exact_rows import exact_row
 from appliance.sizing.message import ReadingMessage
-from appliance.sizing.method import ScaleError, SizingMethod
-from appliance.sizing.reading_rows import row
+from appliance.sizing.method import ScaleError, SizingMethod, TimedReader
 from appliance.sizing.recorded_settings import recorded_settings
 from appliance.sizing.settings import Sizing
 from vision.readings import SizeReading
@@ -65,24 +66,41 @@ def run(settings: SizingMethod, link: StationLink, closed: threading.Event) -> N
 
 
 def _measure_until(settings: SizingMethod, link: StationLink, closed: threading.Event, black_box: BlackBox) -> None:
+    gauge: TimedReader | None = None
     while not closed.is_set():
         try:
-            _measure(settings, link, closed, black_box)
+            source = settings.make_source()
+            gauge = gauge or _ready_gauge(settings, link)
+            black_box.files = recorded_settings(settings, gauge)
+            _measure(settings, source, gauge, link, closed, black_box=black_box)
         except EndOfRecording as error:
             _stay_at_end(link, closed, str(error))
         except CameraError as error:
             link.send(fault(error.fault, str(error)))
         except ScaleError as error:
+            gauge = None
             link.send(fault(error.fault, str(error)))
         closed.wait(RETRY_PAUSE_S)
 
 
-def _measure(settings: SizingMethod, link: StationLink, closed: threading.Event, black_box: BlackBox) -> None:
-    source = settings.make_source()
+def _ready_gauge(settings: SizingMethod, link: StationLink) -> TimedReader:
+    """Gauge that has compiled; its rig is read once, so that one that is just being made waits for a reload."""
     with _warming(link):
         gauge = settings.make_gauge(lambda: link.send(StateMessage(state="starting")))
         gauge.warm_up()
-    black_box.files = recorded_settings(settings, gauge)
+    return gauge
+
+
+def _measure(
+    settings: SizingMethod,
+    source: PairSource | PictureSource,
+    gauge: TimedReader,
+    link: StationLink,
+    closed: threading.Event,
+    *,
+    black_box: BlackBox,
+) -> None:
+    preview = PreviewWriter("sizing")
     with source:
         liveness = Liveness(settings.liveness, time.monotonic(), numbered=source.simulated)
         guard = ExposureGuard(settings.exposure, adjustable=isinstance(source, Adjustable))
@@ -96,13 +114,34 @@ def _measure(settings: SizingMethod, link: StationLink, closed: threading.Event,
             carried = gauge.carried
             measured, elapsed_ms = gauge.measure(*exposed.pictures)
             reading = settings.adjustment.adjusted(measured)
-            black_box.add(exposed, partial(row, exposed.sequence, reading, elapsed_ms), carried)
+            black_box.add(exposed, partial(exact_row, exposed.sequence, reading, elapsed_ms), carried)
             message = to_message(
                 reading, exposed, elapsed_ms, dropped=exposed.dropped + link.dropped, simulated=source.simulated
             )
+            preview.offer(_shown(exposed), partial(gauge.lines, reading), _figures(reading, exposed))
             faults = verdict.faults | _exposure_faults(guard, reading, exposed, source) | _heat(settings, exposed)
             more = {"faults": faults, "not_kept": black_box.trouble, "adjustment_mm": _added_mm(settings, reading)}
             link.send(message.model_copy(update=more))
+
+
+def _shown(exposed: FramePair | Frame) -> tuple[Picture, ...]:
+    return (exposed.left, exposed.right) if isinstance(exposed, FramePair) else (exposed.picture,)
+
+
+def _figures(reading: SizeReading, exposed: FramePair | Frame) -> dict[str, float | None]:
+    """What the page shows beside the pictures."""
+    return {
+        "sequence": exposed.sequence,
+        "exposed_utc_ms": exposed.exposed_utc_ms,
+        "exposure_us": exposed.exposure_us,
+        "limb_light": reading.limb_light,
+        "clipped_share": reading.clipped_share,
+        "diameter_mm": reading.diameter_mm,
+        "windows_kept": reading.windows_kept,
+        "windows_total": reading.windows_total,
+        "alignment_quality": reading.alignment_quality,
+        "plane_height_mm": reading.plane_height_mm,
+    }
 
 
 @contextlib.contextmanager

@@ -10,6 +10,7 @@ from appliance.conformity.settings import CorrectionSettings, JudgingSettings
 from appliance.delivery.settings import MetricsSettings, MqttSettings
 from appliance.history.settings import HistorySettings
 from appliance.ingot.settings import IngotSettings
+from appliance.page.settings import PageSettings
 from appliance.settings.file import load as load_file
 from appliance.settings.section import FilePath, Section, unit
 from appliance.sizing.settings import Sizing
@@ -113,6 +114,7 @@ class Settings(Section):
     metrics: MetricsSettings = Field(default_factory=MetricsSettings, description="Figures for Prometheus")
     mqtt: MqttSettings = Field(default_factory=MqttSettings, description="Rows of the history for a broker")
     history: HistorySettings = Field(default_factory=HistorySettings, description="What is kept on disk")
+    page: PageSettings = Field(default_factory=PageSettings, description="The page for people")
 
 
 def state_folder(plc: PlcSettings) -> Path | None:

@@ -209,12 +209,15 @@ def check_output(output: Path) -> None:
     Raises
     ------
     TrainingError
-        The folder is missing, or the name does not end in `.npz`.
+        The folder is missing, the name does not end in `.npz`, or a `.json` of this name is not of a model.
     """
     if output.suffix != ".npz":
         raise TrainingError(f"{output}: a model's name ends in .npz")
     if not output.parent.is_dir():
         raise TrainingError(f"{output.parent}: no such folder; make it first")
+    record = output.with_suffix(".json")
+    if record.exists() and not output.exists():
+        raise TrainingError(f"{record}: would be replaced by the record of this model; give another name")
 
 
 def write(forest: StructuredForest, record: Record, output: Path) -> None:

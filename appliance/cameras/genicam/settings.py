@@ -98,5 +98,5 @@ def aravis() -> Generator[None]:
     except (ImportError, ValueError) as error:  # PyGObject is missing, or Aravis' description is
         raise CameraError(
             "Aravis is not installed; install it with: apt-get install gir1.2-aravis-0.8 libgirepository1.0-dev "
-            "libcairo2-dev, then pip install 'hotgauge[genicam]'"
+            "libcairo2-dev, then pip install 'PyGObject<3.51'"
         ) from error

@@ -183,8 +183,9 @@ class _Open:
     def set_exposure(self, exposure_us: float, sensitivity_iso: int) -> None:
         control = dai.CameraControl()
         control.setManualExposure(round(exposure_us), sensitivity_iso)
-        for queue in self.cameras.controls:
-            queue.send(control)
+        with contextlib.suppress(RuntimeError, QUEUE_CLOSED_ERROR):  # a lost device says so by its pictures
+            for queue in self.cameras.controls:
+                queue.send(control)
 
     def temperature_c(self) -> float:
         """Of the hottest device, asked for now and then; NaN when it is not known."""

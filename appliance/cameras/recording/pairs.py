@@ -17,6 +17,7 @@ Pictures = tuple[SentPicture, SentPicture]
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg")
 VIDEO_SUFFIXES = (".mp4", ".avi", ".mkv", ".mov")
 SIDES = ("left", "right")
+STAMPS_FILE = "timestamps.csv"
 
 Recorded = TypeVar("Recorded")
 
@@ -34,14 +35,18 @@ class Recording:
     Raises
     ------
     CameraError
-        Folder missing, no recording in it, names or numbers of left and right pictures differ, a video
+        Folder missing or unreadable, no recording in it, names or numbers of left and right pictures differ, a video
         cannot be opened.
     """
 
     def __init__(self, folder: Path) -> None:
-        if not folder.is_dir():
-            raise CameraError(f"{folder}: no such folder; give the folder of a recording")
-        self._frames = _open_frames(folder)
+        try:
+            if not folder.is_dir():
+                raise CameraError(f"{folder}: no such folder; give the folder of a recording")
+            self._frames = _open_frames(folder)
+        except OSError as error:
+            place = error.filename or folder
+            raise CameraError(f"{place}: cannot be read ({error.strerror}); check its permissions") from error
         self._shape: tuple[int, int] | None = None
 
     def __len__(self) -> int:
@@ -200,9 +205,9 @@ class _Stamps:
     """Device time stamps: those of `timestamps.csv`, moved on by each lap, or those of a steady clock."""
 
     def __init__(self, folder: Path, rate_hz: float) -> None:
-        self._path = folder / "timestamps.csv"
+        self._path = folder / STAMPS_FILE
         self._rate_hz = rate_hz
-        self._table = _read_stamps(self._path) if self._path.is_file() else None
+        self._table = read_stamps(folder) if self._path.is_file() else None
 
     def of(self, number: int, sequence: int, lap: int) -> tuple[int, int]:
         """Time stamps of both exposures of a frame, µs."""
@@ -223,9 +228,19 @@ def _lap_us(table: dict[int, tuple[int, int]]) -> int:
     return span_us + span_us // max(1, len(stamps) - 1)
 
 
-def _read_stamps(path: Path) -> dict[int, tuple[int, int]]:
+def read_stamps(folder: Path) -> dict[int, tuple[int, int]]:
+    """Time stamps of both cameras by frame, µs, of a recording's `timestamps.csv`; none without that file.
+
+    Raises
+    ------
+    CameraError
+        The file is no table of whole numbers, or one is too large.
+    """
+    path = folder / STAMPS_FILE
+    if not path.is_file():
+        return {}
     try:
-        with path.open(newline="", encoding="utf-8") as file:
+        with path.open(newline="", encoding="utf-8-sig") as file:
             rows = list(csv.DictReader(file))
         return {int(row["frame"]): (int(row["left_us"]), int(row["right_us"])) for row in rows}
     except (OSError, ValueError, KeyError, TypeError, csv.Error) as error:

@@ -16,7 +16,7 @@ from appliance.command_options import CommandError
 from appliance.errors import HotgaugeError
 
 EXIT_SOME_FAILED = 1
-DECIDES_NOTHING = frozenset({"run", "recording", "output", "processes", "dask", "rig", "background"})
+DECIDES_NOTHING = frozenset({"run", "recording", "output", "processes", "dask", "rig", "background", "config"})
 
 
 def add_archive(command: argparse.ArgumentParser) -> None:
@@ -25,7 +25,7 @@ def add_archive(command: argparse.ArgumentParser) -> None:
     group.add_argument("--dask", metavar="ADDRESS", help="scheduler of a Dask cluster that sees the same files")
 
 
-def run_archive(given: argparse.Namespace, run: Callable[[argparse.Namespace], None]) -> int | None:
+def run_archive(given: argparse.Namespace, run: Callable[[argparse.Namespace], list[str]]) -> int | None:
     """Measure a folder of recordings.
 
     Parameters
@@ -61,7 +61,7 @@ def run_archive(given: argparse.Namespace, run: Callable[[argparse.Namespace], N
 
 
 def measure_one(
-    given: argparse.Namespace, run: Callable[[argparse.Namespace], None], recording: Path
+    given: argparse.Namespace, run: Callable[[argparse.Namespace], list[str]], recording: Path
 ) -> list[dict[str, Any]]:
     """Measure one recording in a worker; one that cannot be measured is a row that says why.
 
@@ -84,7 +84,7 @@ def _options(given: argparse.Namespace) -> dict[str, str]:
     """All that decides a value beside a recording: options, the content of the scale, the version."""
     options = {name: str(value) for name, value in vars(given).items() if name not in DECIDES_NOTHING}
     options["version"] = importlib.metadata.version("hotgauge")
-    for name in ("rig", "background"):
+    for name in ("rig", "background", "config"):
         file: Path | None = getattr(given, name)
         if file is not None and file.is_file():
             options[name] = hashlib.sha256(file.read_bytes()).hexdigest()

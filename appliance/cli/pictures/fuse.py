@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from appliance.cli.common import whole_number
-from appliance.cli.outputs import refuse_lost_input
+from appliance.cli.outputs import refuse_lost_input, refuse_unwritable
 from appliance.command_options import CommandError, one_of
 
 
@@ -28,6 +28,7 @@ def run_fuse(given: argparse.Namespace) -> None:
     from vision.fusion.methods import METHODS
 
     refuse_lost_input(given.output, (given.left, given.right, given.rig))
+    refuse_unwritable(given.output)
     method = one_of(METHODS, given.method, "--method")
     try:
         scales = checked_scales(method, given.levels, given.rule, given.approximation)

@@ -3,12 +3,15 @@
 import argparse
 from pathlib import Path
 
-from appliance.cli.outputs import refuse_lost_input, refuse_other_formats
+from appliance.cli.outputs import refuse_lost_input, refuse_other_formats, refuse_unwritable
 from appliance.cli.pictures.archive import add_archive, run_archive
 from appliance.command_options import CommandError
+from appliance.conformity.row_judge import row_judge
+from appliance.conformity.set_points import SetPoints
 from appliance.sizing.conveyor.measuring import ConveyorMeasuring
 from appliance.sizing.measuring import Measuring
 from appliance.sizing.stereo.measuring import StereoMeasuring
+from appliance.supervisor import settings as settings_file
 
 ROOMS: tuple[Measuring, ...] = (StereoMeasuring(), ConveyorMeasuring())
 ARCHIVE_SUFFIX = ".parquet"
@@ -34,35 +37,40 @@ def add_measure(command: argparse.ArgumentParser) -> None:
         room.add_options(command)
     add_archive(command)
     command.add_argument("--plot", type=Path, metavar="DIR", help="folder for plots of virtual-board or conveyor")
+    command.add_argument(
+        "--config", type=Path, metavar="FILE", help="settings whose target and tolerances the readings are judged by"
+    )
 
 
 def run_measure(given: argparse.Namespace) -> int | None:
     is_archive = given.output.suffix.lower() == ARCHIVE_SUFFIX
+    _refuse_others(given, ROOM_BY_METHOD[given.method])
     if not is_archive:
         refuse_other_formats(given.output)
         if given.processes or given.dask:
             raise CommandError("--processes, --dask: these measure a folder of recordings; give --output FILE.parquet")
-    _refuse_others(given, ROOM_BY_METHOD[given.method])
-    refuse_lost_input(given.output, (given.recording, given.rig, given.background))
+    refuse_lost_input(given.output, (given.recording, given.rig, given.background, given.config))
+    refuse_unwritable(given.output)
     try:
         if is_archive:
             return run_archive(given, measure_recording)
-        measure_recording(given)
+        print("\n".join([*measure_recording(given), f"written to {given.output}"]))
     except OSError as error:
         path = error.filename or given.output
         raise CommandError(f"{path}: {error.strerror}; give a place in a writable folder") from error
     return None
 
 
-def measure_recording(given: argparse.Namespace) -> None:
-    """Measure a single recording, with the scale that is given or with the one that it brings."""
+def measure_recording(given: argparse.Namespace) -> list[str]:
+    """Measure a single recording, with the scale that is given or with the one that it brings; lines of a summary."""
     from appliance.sizing.measure_black_box import measure_black_box
     from appliance.sizing.recorded_settings import brings_settings
 
     if given.rig is None and brings_settings(given.recording):
-        measure_black_box(given.recording, given.output)
-    else:
-        ROOM_BY_METHOD[given.method].run(given)
+        return measure_black_box(given.recording, given.output)
+    settings = settings_file.load(given.config)
+    judge = row_judge(SetPoints.from_settings(settings.sizing.set_points), settings.judging)
+    return ROOM_BY_METHOD[given.method].run(given, judge)
 
 
 def _refuse_others(given: argparse.Namespace, room: Measuring) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import get_args
 
 from appliance.cli.common import add_config
-from appliance.cli.outputs import refuse_lost_input, refuse_other_formats
+from appliance.cli.outputs import refuse_lost_input, refuse_other_formats, refuse_unwritable
 from appliance.command_options import CommandError
 from appliance.supervisor import settings as settings_file
 from vision.ingot.classifiers.names import ClassifierName
@@ -17,7 +17,11 @@ def add_orient(command: argparse.ArgumentParser) -> None:
         "--references", type=Path, required=True, metavar="DIR", help="folder with top.png, bottom.png, roi.json"
     )
     command.add_argument(
-        "--output", type=Path, required=True, metavar="FILE", help="frames and ingots; CSV if it ends in .csv"
+        "--output",
+        type=Path,
+        required=True,
+        metavar="FILE",
+        help="frames and ingots as JSON lines; .csv: frames, and beside it NAME-ingots.csv",
     )
     command.add_argument("--classifier", choices=get_args(ClassifierName), help="how one picture is judged")
     command.add_argument("--plot", type=Path, metavar="DIR", help="folder for annotated frames and a strip of the ends")
@@ -25,15 +29,19 @@ def add_orient(command: argparse.ArgumentParser) -> None:
 
 
 def run_orient(given: argparse.Namespace) -> None:
-    from appliance.ingot.orient_recording import orient_recording
+    from appliance.ingot.orient_recording import ingots_file, orient_recording
 
     refuse_other_formats(given.output)
-    refuse_lost_input(given.output, (given.recording, given.references, given.config))
+    outputs = [given.output, *([ingots_file(given.output)] if given.output.suffix.lower() == ".csv" else [])]
+    for output in outputs:
+        refuse_lost_input(output, (given.recording, given.references, given.config))
+        refuse_unwritable(output)
     settings = settings_file.load(given.config).ingot
     if given.classifier:
         settings = settings.model_copy(update={"classifier": given.classifier})
     try:
-        orient_recording(given.recording, given.references, given.output, settings, given.plot)
+        lines = orient_recording(given.recording, given.references, given.output, settings, given.plot)
     except OSError as error:
         place = error.filename or given.output
         raise CommandError(f"{place}: {error.strerror}; give a file in a writable folder") from error
+    print("\n".join([*lines, f"written to {' and '.join(map(str, outputs))}"]))

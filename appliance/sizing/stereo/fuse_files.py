@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from appliance.cameras.recording.picture_file import read_picture
 from appliance.errors import HotgaugeError
+from appliance.files.atomic_file import whole_place
 from appliance.sizing.stereo.rig_file import RigError, load_rig
 from vision.alignment.view_alignment import Alignment
 from vision.alignment.virtual_boards import VirtualBoards
@@ -173,7 +174,8 @@ def write_picture(path: Path, picture: Picture) -> None:
     if path.suffix.lower() not in SUFFIXES:
         raise FusionError(f"{path}: is neither PNG nor JPEG; let its name end in {', '.join(SUFFIXES)}")
     _, data = cv2.imencode(path.suffix.lower(), picture)
-    path.write_bytes(data.tobytes())
+    with whole_place(path) as place:
+        place.write_bytes(data.tobytes())
 
 
 def _grey(picture: Picture) -> Picture:

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from appliance.processes.preview import Line, Lines
 from appliance.sizing.stereo.rig_file import RigError, load_rig
 from vision.calibration.rig import Rig
 from vision.geometry.camera import Camera
@@ -23,6 +24,9 @@ from vision.sizing.tangent.tangent_planes import TangentPlane
 Picture = NDArray[np.uint8]
 Reading_co = TypeVar("Reading_co", covariant=True)
 
+EDGE_DRAWN_MM = 60.0  # chosen; see `TimedGauge.lines`
+REGION_DRAWN_MM = 400.0  # chosen: either way across the line
+BOARD_DRAWN_MM = 100.0  # chosen: half of the side of the square that stands for the virtual board
 DRAWN_DIAMETER_MM = 150.0  # chosen: bar that `warm_up` draws
 
 
@@ -107,6 +111,13 @@ class TimedGauge(Generic[Reading_co]):
         reading = self._gauge.measure(*pictures)
         return reading, 1000 * (time.perf_counter() - started_s)
 
+    def lines(self, reading: SizeReading) -> Lines:
+        """Measuring region, virtual board and the cylinder's edges, as each camera sees them.
+
+        The edges are drawn for 60 mm either way of y = 0 only: that is where offset and height are of.
+        """
+        return [_lines(camera, self._rig.region_y_mm, reading) for camera in (self._rig.left, self._rig.right)]
+
     def _check_size(self, side: str, calibrated: tuple[int, int], size: tuple[int, int]) -> None:
         if size != calibrated:
             raise RigError(
@@ -141,15 +152,41 @@ def pair_gauge(rig: Rig, name: str, ovality_mm: float) -> TimedGauge[SizeReading
     return TimedGauge[SizeReading](rig, name, partial(Gauge, ovality_mm=ovality_mm))
 
 
+def _lines(camera: Camera, region_y_mm: tuple[float, float], reading: SizeReading) -> list[Line]:
+    return [*_region_lines(camera, region_y_mm), *_board_lines(camera, reading), *_edge_lines(camera, reading)]
+
+
+def _region_lines(camera: Camera, region_y_mm: tuple[float, float]) -> list[Line]:
+    x_mm = np.linspace(-REGION_DRAWN_MM, REGION_DRAWN_MM, 20)
+    ends = [np.column_stack([x_mm, np.full(20, y_mm), np.full(20, PLANE_HEIGHT_MM)]) for y_mm in region_y_mm]
+    return [Line("region", camera.project(end)) for end in ends]
+
+
+def _board_lines(camera: Camera, reading: SizeReading) -> list[Line]:
+    corners = BOARD_DRAWN_MM * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]])
+    return [Line("board", camera.project(np.column_stack([corners, np.full(5, reading.plane_height_mm)])))]
+
+
+def _edge_lines(camera: Camera, reading: SizeReading) -> list[Line]:
+    if not reading.valid:
+        return []
+    cylinder = np.array([reading.offset_mm, reading.axis_height_mm, 0.0, 0.0, reading.diameter_mm / 2])
+    y_mm = np.array([-EDGE_DRAWN_MM, EDGE_DRAWN_MM])
+    return [Line("edge", camera.project(points)) for points in _outline_mm(camera, cylinder, y_mm)]
+
+
+def _outline_mm(camera: Camera, cylinder: NDArray[np.float64], y_mm: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """Both edges of a cylinder as a camera sees them, on the measuring plane, mm."""
+    lines = [TangentPlane.touching(camera.centre_mm, cylinder, side).line for side in LIMB_SIDES]
+    return [np.column_stack([line[0] * y_mm + line[1], y_mm, np.full(y_mm.size, PLANE_HEIGHT_MM)]) for line in lines]
+
+
 def _drawn_bar(camera: Camera) -> Picture:
     """Grey picture of a bar on the rollers before a dark background, as one camera would see it."""
     cylinder = np.array([0.0, DRAWN_DIAMETER_MM / 2, 0.0, 0.0, DRAWN_DIAMETER_MM / 2])
     y_mm = np.linspace(-400.0, 400.0, 50)
-    outline: list[NDArray[np.float64]] = []
-    for side in LIMB_SIDES:
-        line = TangentPlane.touching(camera.centre_mm, cylinder, side).line
-        points = np.column_stack([line[0] * y_mm + line[1], y_mm, np.full(y_mm.size, PLANE_HEIGHT_MM)])
-        outline.append(camera.project(points)[::side])
+    edges = _outline_mm(camera, cylinder, y_mm)
+    outline = [camera.project(edge)[::side] for side, edge in zip(LIMB_SIDES, edges, strict=True)]
     columns, rows = camera.image_size
     picture = np.full((rows, columns), 8, np.uint8)
     cv2.fillPoly(picture, [np.rint(np.nan_to_num(np.concatenate(outline))).astype(np.int32)], (160,))

@@ -7,13 +7,14 @@ from typing import Literal
 
 from tqdm import tqdm
 
-from appliance.cameras.recording.pairs import Recording
+from appliance.cameras.recording.pairs import Recording, read_stamps
 from appliance.files.atomic_file import whole_file
 from appliance.files.row_writer import row_writer
-from appliance.sizing.reading_rows import COLUMNS, row
+from appliance.sizing.reading_rows import COLUMNS, Judge, ReadingRows, unjudged
 from appliance.sizing.stereo.gauge import TimedGauge
 from appliance.sizing.stereo.plots import Plots
-from appliance.sizing.stereo.rig_file import load_rig
+from appliance.sizing.stereo.rig_file import RigError, load_rig
+from appliance.sizing.summary import Summary
 from vision.edges.operators import EdgeMethod
 from vision.readings import SizeReading
 from vision.sizing.gauge import Gauge
@@ -21,6 +22,9 @@ from vision.sizing.virtual_board.gauge import Fusion, VirtualBoardGauge
 from vision.sizing.virtual_board.reading import VirtualBoardReading
 
 Method = Literal["tangent", "virtual-board"]
+AnyGauge = TimedGauge[SizeReading | VirtualBoardReading]
+
+FRAMES_TRIED = 5  # with left and right exchanged, where no frame has a value
 
 
 def measure_recording(
@@ -28,12 +32,13 @@ def measure_recording(
     rig: Path,
     output: Path,
     *,
+    judge: Judge = unjudged,
     method: Method = "tangent",
     edges: EdgeMethod = "forest",
     fusion: Fusion = "none",
     plots: Path | None = None,
-) -> None:
-    """Measure every frame of a recording; the output appears whole or not at all.
+) -> list[str]:
+    """Measure every frame of a recording; the output appears whole or not at all. Lines of a summary.
 
     Parameters
     ----------
@@ -43,6 +48,8 @@ def measure_recording(
         Calibration from `hotgauge calibrate`.
     output : Path
         File to write: CSV if its suffix is `.csv`, else JSON lines.
+    judge : callable
+        Compares each reading with what is wanted.
     method : {"tangent", "virtual-board"}
         Route that gives the diameter: tangent planes checked by virtual boards, or virtual boards (route V) alone.
     edges : str
@@ -64,19 +71,36 @@ def measure_recording(
         `output` cannot be written, or the folder of plots not made.
     """
     drawing = Plots(plots) if plots is not None else None
-    gauge: TimedGauge[SizeReading | VirtualBoardReading] = TimedGauge(
-        load_rig(rig),
-        str(rig),
-        Gauge if method == "tangent" else partial(VirtualBoardGauge, edges=edges, fusion=fusion),
-    )
+    calibrated = load_rig(rig)
+    make = Gauge if method == "tangent" else partial(VirtualBoardGauge, edges=edges, fusion=fusion)
+    gauge = AnyGauge(calibrated, str(rig), make)
+    rows, summary = ReadingRows(judge), Summary()
     with contextlib.closing(Recording(recording)) as frames, whole_file(output) as file:
         write = row_writer(output, file, COLUMNS)
+        stamps = read_stamps(recording)
         for frame, left, right in tqdm(frames, unit="frame", disable=None):
             reading, elapsed_ms = gauge.measure(left, right)
             if isinstance(reading, VirtualBoardReading):
                 if drawing is not None:
                     drawing.add(frame, reading)
                 reading = reading.size_reading()
-            write(row(frame, reading, elapsed_ms))
+            values = rows.row(frame, reading, elapsed_ms, stamps.get(frame, (None,))[0])
+            summary.add(reading, values["decision"])
+            write(values)
+        cause = _exchanged(frames, AnyGauge(calibrated, str(rig), make)) if summary.says_nothing else ""
     if drawing is not None:
         drawing.write()
+    return summary.lines(cause)
+
+
+def _exchanged(frames: Recording, gauge: AnyGauge) -> str:
+    """Sentence if frames without a value have one once left and right are exchanged; else nothing."""
+    places = [len(frames) * part // FRAMES_TRIED for part in range(FRAMES_TRIED)]
+    found = [frame for place in dict.fromkeys(places) if (frame := frames.read(place)) is not None]
+    try:
+        valid = sum(gauge.measure(right, left)[0].valid for _, left, right in found)
+    except RigError:  # cameras of unlike size
+        return ""
+    if 2 * valid < len(found) or not valid:
+        return ""
+    return f"left and right are exchanged: so exchanged, {valid} of {len(found)} frames that were tried have a value"

@@ -5,6 +5,7 @@ from typing import ClassVar
 
 from appliance.command_options import CommandError, one_of
 from appliance.sizing.measuring import Measuring
+from appliance.sizing.reading_rows import Judge
 
 
 class StereoMeasuring(Measuring):
@@ -21,7 +22,7 @@ class StereoMeasuring(Measuring):
             "--fusion", metavar="NAME", help="views of virtual-board in one picture, none unless given"
         )
 
-    def run(self, given: argparse.Namespace) -> None:
+    def run(self, given: argparse.Namespace, judge: Judge) -> list[str]:
         """Measure with the rig file; see `Measuring.run`."""
         from appliance.sizing.stereo.measure_recording import measure_recording
         from vision.edges.operators import EDGE_METHODS
@@ -34,10 +35,11 @@ class StereoMeasuring(Measuring):
                 raise CommandError(f"--{option}: only virtual boards have it; add --method virtual-board")
         edges = one_of(EDGE_METHODS, given.edges or "forest", "--edges")
         fusion = one_of(FUSIONS, given.fusion or "none", "--fusion")
-        measure_recording(
+        return measure_recording(
             given.recording,
             given.rig,
             given.output,
+            judge=judge,
             method=given.method,
             edges=edges,
             fusion=fusion,

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from appliance.sizing.figures import DOTS_PER_INCH, figure_class, mark_frames
+from appliance.sizing.figures import figure_class, mark_frames, save_figure
 from vision.sizing.virtual_board.reading import VirtualBoardReading
 
 TOLERANCE_BAND_MM = 3.0  # rolling tolerance of the dissertation, above and below
@@ -77,7 +77,7 @@ class Plots:
         axes.set_title(f"frame {frame}: {reading.diameter_mm:.2f} mm, Sigma {reading.weighted_deviation_mm:.3f} mm")
         handles = [*axes.get_legend_handles_labels()[0], *trust.get_legend_handles_labels()[0]]
         axes.legend(handles=handles, loc="best", fontsize="small")
-        figure.savefig(self._folder / f"windows_{frame:06d}.png", dpi=DOTS_PER_INCH)
+        save_figure(figure, self._folder / f"windows_{frame:06d}.png")
 
     def _frames(self) -> None:
         """Diameter per frame with one standard deviation of its windows, like figure 3.29."""
@@ -91,7 +91,7 @@ class Plots:
         axes.set(xlabel="frame", ylabel="diameter, mm", title="Route V, frame by frame; red: no value")
         axes.grid(alpha=0.3)
         axes.legend(fontsize="small")
-        figure.savefig(self._folder / "frames.png", dpi=DOTS_PER_INCH)
+        save_figure(figure, self._folder / "frames.png")
 
     def _alignment(self) -> None:
         """Q_R and the board's height over frames, like figures 4.8 and 4.9."""
@@ -104,7 +104,7 @@ class Plots:
         height.set(xlabel="frame", ylabel="height of the board, mm")
         for axes in (quality, height):
             axes.grid(alpha=0.3)
-        figure.savefig(self._folder / "alignment.png", dpi=DOTS_PER_INCH)
+        save_figure(figure, self._folder / "alignment.png")
 
 
 def _spread_mm(reading: VirtualBoardReading) -> float:

@@ -69,3 +69,15 @@ def test_both_searches_end_within_half_a_board_of_the_truth():
     for search in (search_by_overlap, search_by_offset):
         assert abs(search(lambda height: board_of(height, 123.0)).height_mm - 123.0) <= 320 / 39 / 2
     assert math.isnan(search_by_offset(lambda _: Quality(math.nan, math.nan)).height_mm)
+
+
+@pytest.mark.parametrize(("first_row", "last_row"), [(0.0, 40.0), (60.0, 100.0), (20.0, 30.0)])
+def test_an_outline_that_ends_within_the_test_rows_goes_on_straight(first_row, last_row):
+    def slanted(first, last):
+        return BarOutline(*(np.array([[at + 0.3 * row, row] for row in (first, last)]) for at in (10.0, 110.0)))
+
+    whole, part = slanted(0.0, 100.0), slanted(first_row, last_row)
+    for pair in ((whole, part), (part, whole)):
+        quality = alignment_quality(*pair, ROWS)
+        assert abs(quality.percent) == pytest.approx(100.0)
+        assert quality.offset_px == pytest.approx(0.0, abs=1e-9)

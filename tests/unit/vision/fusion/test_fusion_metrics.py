@@ -140,3 +140,11 @@ def test_pictures_without_these_figures_are_refused(row):
     if row.of_fused:
         with pytest.raises(ValueError, match="alike in shape"):
             row.measure(noise(), noise()[:-1], noise())
+
+
+def test_mutual_information_counts_both_views_alike():
+    seen = np.random.default_rng(8).integers(0, 255, (64, 64), np.uint8)
+    flat = np.full((64, 64), 90, np.uint8)
+    # alone I(F, F) / 2 H(F) = 1/2; a flat view has nothing in common with anything
+    assert metrics.feature_mutual_information(seen, seen, flat) == pytest.approx(0.5, abs=1e-9)
+    assert metrics.feature_mutual_information(seen, flat, seen) == pytest.approx(0.5, abs=1e-9)
