@@ -30,9 +30,11 @@ class Reason(enum.IntFlag):
     SOME_EDGES_CLIPPED = 1 << 16
     LOW_CONTRAST = 1 << 17
     FEW_WINDOWS = 1 << 18
+    BARRIER_HEIGHT = 1 << 19
     POOR_ALIGNMENT = 1 << 20
     BOARD_HELD = 1 << 21
-    ADJUSTED = 1 << 23
+    ADJUSTED = 1 << 22
+    UNCERTAINTY_UNKNOWN = 1 << 23
     ROUTES_DISAGREE = 1 << 24
     CALIBRATION_DUE = 1 << 25
     LIMB_HIDDEN = 1 << 26
@@ -85,10 +87,12 @@ REASONS: tuple[ReasonRow, ...] = (
     ReasonRow(Reason.SOME_EDGES_CLIPPED, False, "part of a limb is overexposed; the uncertainty is widened"),
     ReasonRow(Reason.LOW_CONTRAST, False, "an edge of the bar stands out weakly from its background"),
     ReasonRow(Reason.FEW_WINDOWS, False, "fewer than half of the windows agree with the cylinder"),
+    ReasonRow(Reason.BARRIER_HEIGHT, False, "the barriers' faces contradict the heights that are given; do they hang?"),
     ReasonRow(Reason.POOR_ALIGNMENT, False, "the outlines overlap worse than a round bar's do on this rig"),
     ReasonRow(Reason.BOARD_HELD, False, "without a bar the virtual board stays at its last height"),
     ReasonRow(Reason.ADJUSTED, False, "a known error of the gauge was taken off (sizing.adjustment)"),
-    ReasonRow(Reason.ROUTES_DISAGREE, False, "tangent planes and virtual board differ by more than both allow"),
+    ReasonRow(Reason.UNCERTAINTY_UNKNOWN, False, "how far the value may be wrong is not known; it has no trust"),
+    ReasonRow(Reason.ROUTES_DISAGREE, False, "two routes, or two places along the bar, differ by more than U allows"),
     ReasonRow(Reason.CALIBRATION_DUE, False, "a camera has moved since its calibration; calibrate again"),
     ReasonRow(Reason.LIMB_HIDDEN, False, "one of the four limbs is hidden; three are measured"),
     ReasonRow(Reason.BAR_HEAD, False, "the bar's head lies in the measuring region"),

@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from appliance.cameras.recording.pairs import PICTURE_SUFFIXES, SIDES, VIDEO_SUFFIXES
+from appliance.cameras.recording.names import PICTURE_SUFFIXES, SIDES, VIDEO_SUFFIXES
 from appliance.errors import HotgaugeError
 
 
@@ -35,7 +35,8 @@ def find_recordings(archive: Path) -> list[Path]:
 
 
 def _is_recording(folders: list[str], files: list[str]) -> bool:
-    suffixes = {Path(name).suffix.lower() for name in files if Path(name).stem.isdecimal()}
-    videos = {Path(name).stem.lower() for name in files if Path(name).suffix.lower() in VIDEO_SUFFIXES}
-    pairs = set(SIDES) <= set(folders) or set(SIDES) <= videos
-    return pairs or not suffixes.isdisjoint(PICTURE_SUFFIXES)
+    """Whether a folder holds `left` and `right`, a video, or pictures that have a number in their names."""
+    numbered = {Path(name).suffix.lower() for name in files if any(letter.isdecimal() for letter in Path(name).stem)}
+    videos = {Path(name).suffix.lower() for name in files} & set(VIDEO_SUFFIXES)
+    pairs = set(SIDES) <= {name.lower() for name in folders}
+    return pairs or bool(videos) or not numbered.isdisjoint(PICTURE_SUFFIXES)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from appliance.black_box.picture_memory import KeptExposure, is_apart
-from appliance.cameras.recording.pairs import SIDES
+from appliance.cameras.recording.names import SIDES
 from appliance.cameras.recording.stored_coding import CODINGS_FILE, MEASURED_FOLDER, PLAIN_CODINGS
 from appliance.cameras.source import FramePair
 from vision.sent_picture import SentPicture

@@ -52,6 +52,8 @@ class FramePair:
         Temperature of the hottest camera, °C; NaN if the source does not know it.
     repeated : bool
         Whether a recording delivers the same stored pictures as in the pair before; False for cameras.
+    stretch : int
+        Number of the stretch of a recording without a break; a loop or a jump begins another. 0 for cameras.
     truth : dict or None
         True values of a simulated scene (`diameter_mm`, ...); never read by a gauge.
     sent : tuple of two SentPicture, or None
@@ -69,6 +71,7 @@ class FramePair:
     dropped: int = 0
     temperature_c: float = float("nan")
     repeated: bool = False
+    stretch: int = 0
     truth: dict[str, object] | None = field(default=None, compare=False)
     sent: tuple[SentPicture, SentPicture] | None = field(default=None, compare=False)
 
@@ -102,8 +105,12 @@ class Frame:
         Temperature of the camera, °C; NaN if the source does not know it.
     repeated : bool
         Whether a recording delivers the same stored picture as the one before; False for cameras.
+    stretch : int
+        Number of the stretch of a recording without a break; a loop or a jump begins another. 0 for cameras.
     truth : dict or None
         True values of a simulated scene (`state`, `label`, ...); never read by a gauge.
+    sent : SentPicture or None
+        The picture with its coding, where that is more than `picture` tells; read by `hotgauge capture` only.
     """
 
     picture: NDArray[np.uint8]
@@ -115,7 +122,9 @@ class Frame:
     device_us: int | None = None
     temperature_c: float = float("nan")
     repeated: bool = False
+    stretch: int = 0
     truth: dict[str, object] | None = field(default=None, compare=False)
+    sent: SentPicture | None = field(default=None, compare=False)
 
     @property
     def pictures(self) -> tuple[NDArray[np.uint8]]:

@@ -4,6 +4,12 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "run": ("hotgauge run", "hotgauge run --config /etc/hotgauge/hotgauge.toml"),
     "replay": ("hotgauge replay my_line/scenes/line --rig rig.json",),
     "check-config": ("hotgauge check-config hotgauge.toml",),
+    "board": ("hotgauge board --squares 8x5 --mm 50", "hotgauge board --squares 9x6 --mm 25 --output board.pdf"),
+    "capture": (
+        "hotgauge capture boards --output my_rig --squares 8x5 --mm 50",
+        "hotgauge capture registration --output my_rig --low-mm 0 --high-mm 200",
+        "hotgauge capture recording --output bars --seconds 30 --config hotgauge.toml",
+    ),
     "calibrate": (
         "hotgauge calibrate my_rig --output rig.json",
         "hotgauge calibrate my_rig --output rig.json --squares 8 5 --square-mm 50",
@@ -14,6 +20,11 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     ),
     "orient": ("hotgauge orient my_ingots/seq01 --references my_ingots --output ingots.jsonl",),
     "fuse": ("hotgauge fuse left.png right.png --rig rig.json --output fused.png",),
+    "compare": (
+        "hotgauge compare out.csv my_line/scenes/line --plot errors.png",
+        "hotgauge compare ingots.jsonl my_ingots/seq01",
+    ),
+    "reproduce": ("hotgauge reproduce --output report --quick",),
     "simulate": (
         "hotgauge simulate --output my_line",
         "hotgauge simulate --output my_ingots --scene ingots --frames 200",

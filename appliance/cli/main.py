@@ -17,7 +17,20 @@ import shtab
 from appliance.cli.common import add_config
 from appliance.cli.examples import EXAMPLES
 from appliance.cli.gauge import certificates, computer, history, page, plc, serve
-from appliance.cli.pictures import calibrate, fuse, measure, orient, plan, simulate, train, verify
+from appliance.cli.pictures import (
+    board,
+    calibrate,
+    capture,
+    compare,
+    fuse,
+    measure,
+    orient,
+    plan,
+    reproduce,
+    simulate,
+    train,
+    verify,
+)
 from appliance.command_options import CommandError
 from appliance.errors import HotgaugeError
 
@@ -138,6 +151,12 @@ COMMANDS: dict[str, tuple[_Run, str, _AddArguments]] = {
         "Check a settings file and show what is in force",
         computer.add_check_config,
     ),
+    "board": (board.run_board, "Write a checkerboard to print, with rulers that show its scale", board.add_board),
+    "capture": (
+        capture.run_capture,
+        "Take pictures: of boards, the empty line, ingots, or a recording",
+        capture.add_capture,
+    ),
     "calibrate": (
         calibrate.run_calibrate,
         "Calibrate two cameras from pictures of a checkerboard",
@@ -145,7 +164,13 @@ COMMANDS: dict[str, tuple[_Run, str, _AddArguments]] = {
     ),
     "measure": (measure.run_measure, "Measure a recording and write its readings to a file", measure.add_measure),
     "orient": (orient.run_orient, "Say which end of the ingots in a recording faces the line", orient.add_orient),
+    "compare": (compare.run_compare, "Hold readings against the truth of their recording", compare.add_compare),
     "fuse": (fuse.run_fuse, "Fuse the two pictures of a pair into one and print its metrics", fuse.add_fuse),
+    "reproduce": (
+        reproduce.run_reproduce,
+        "Run the dissertation's experiments again and write a report beside its figures",
+        reproduce.add_reproduce,
+    ),
     "simulate": (simulate.run_simulate, "Write a recording of the simulated mill, with truth", simulate.add_simulate),
     "export": (history.run_export, "Write what the history keeps of a time to CSV or Parquet", history.add_export),
     "report": (history.run_report, "Write pages about the shifts of a time, as HTML or PDF", history.add_report),

@@ -40,7 +40,7 @@ class BarStatistics:
     of a bar that is shorter than the measuring region.
 
     A bar begins with the first valid reading after a gap. It ends after `gap_s` of readings without a bar, or after
-    BLIND_TIME_S (at least `gap_s`) without any reading.
+    BLIND_TIME_S (at least `gap_s`) without any reading, and where a recording loops or jumps.
 
     Parameters
     ----------
@@ -51,6 +51,7 @@ class BarStatistics:
     def __init__(self, gap_s: float) -> None:
         self._gap_s = gap_s
         self._passing = False
+        self._stretch = 0
         self._seen_s = 0.0
         self._bars = 0
         self._readings = 0
@@ -60,6 +61,9 @@ class BarStatistics:
     def add(self, message: ReadingMessage) -> None:
         """Count a new reading."""
         reading = message.reading
+        if message.stretch != self._stretch:
+            self.end()
+            self._stretch = message.stretch
         away_s = message.exposed_monotonic_s - self._seen_s
         if Reason.NO_BAR in reading.reasons:
             self._passing = self._passing and away_s < self._gap_s

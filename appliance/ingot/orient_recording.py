@@ -12,6 +12,7 @@ from appliance.files.atomic_file import whole_file
 from appliance.files.row_writer import Row, row_writer
 from appliance.ingot.annotated_pictures import Plot
 from appliance.ingot.frame_rows import FRAME_COLUMNS, INGOT_COLUMNS, frame_row, ingot_row
+from appliance.ingot.learning import Confirmation, Learning
 from appliance.ingot.reader_setup import decision_rule, load_view, make_reader
 from appliance.ingot.settings import IngotSettings
 from appliance.ingot.summary import Summary
@@ -19,7 +20,13 @@ from vision.ingot.sequential_decision import IngotFollower
 
 
 def orient_recording(
-    recording: Path, references: Path, output: Path, settings: IngotSettings, plot: Path | None = None
+    recording: Path,
+    references: Path,
+    output: Path,
+    settings: IngotSettings,
+    *,
+    plot: Path | None = None,
+    learn: Confirmation | None = None,
 ) -> list[str]:
     """Read every picture of a recording; the output appears whole or not at all. Lines of a summary.
 
@@ -36,6 +43,8 @@ def orient_recording(
         Classifier, limits, regions and rule of decision.
     plot : Path or None
         Folder for annotated frames and a strip of the ends.
+    learn : {"agreement", "top", "bottom"}, optional
+        Learn references from ingots whose pictures agree, or that an operator says are all of one kind.
 
     Raises
     ------
@@ -49,6 +58,7 @@ def orient_recording(
     view = load_view(references)
     frames = PictureRecording(recording)
     pictures = Plot(plot) if plot is not None else None
+    learning = Learning(references, settings.classifier, learn) if learn is not None else None
     summary = Summary()
     with contextlib.ExitStack() as files:
         write_frame, write_ingot = _writers(output, files)
@@ -62,6 +72,8 @@ def orient_recording(
             for decision in follower.add(frame, reading):
                 summary.add_ingot(decision)
                 write_ingot(ingot_row(decision))
+            if learning is not None and learning.add(frame, picture, reading, follower.current):
+                view, reader = load_view(references), None
             if pictures is not None:
                 pictures.add(frame, picture, reading, follower.current)
         for decision in follower.end():

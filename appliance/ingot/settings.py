@@ -1,6 +1,8 @@
 """Settings of the ingot station."""
 
-from pydantic import Field
+from typing import Self
+
+from pydantic import Field, model_validator
 
 from appliance.black_box.settings import BlackBoxSettings
 from appliance.cameras.kinds import IngotCamera
@@ -111,6 +113,24 @@ class IngotDecisionSettings(Section):
     )
 
 
+class ComparisonSettings(Section):
+    """Structural similarity of an end with the references, eq. 6.1."""
+
+    threshold: float = Field(
+        default=0.75, gt=-1, lt=1, description="Similarity with the top from which `single` calls an end a top"
+    )
+    circular: bool = Field(default=False, description="Compare the end's circle; false: the square around it")
+    luminance: float = Field(default=1.0, ge=0, le=10, description="Exponent alpha")
+    contrast: float = Field(default=1.0, ge=0, le=10, description="Exponent beta")
+    structure: float = Field(default=1.0, ge=0, le=10, description="Exponent gamma")
+
+    @model_validator(mode="after")
+    def _check_exponents(self) -> Self:
+        if self.luminance == self.contrast == self.structure == 0:
+            raise ValueError("luminance, contrast, structure: all are 0; give one of them a weight")
+        return self
+
+
 class IngotSettings(Section):
     """The ingot station."""
 
@@ -121,6 +141,13 @@ class IngotSettings(Section):
     )
     classifier: ClassifierName = Field(
         default="relief", description="How one picture is judged; dual and single are those of the dissertation"
+    )
+    learn: bool = Field(
+        default=False,
+        description="Keep better references from ingots whose pictures agree, in the folder learned of references",
+    )
+    comparison: ComparisonSettings = Field(
+        default_factory=ComparisonSettings, description="How ends are compared with the references"
     )
     crop: Box = Field(
         default=[], description="Part of the picture in which ingots are searched; []: the part in roi.json"

@@ -3,6 +3,7 @@
 The supervisor runs it as `python -m appliance.ingot.station DESCRIPTOR`; see `appliance.processes.station_process`.
 """
 
+import contextlib
 import threading
 import time
 from functools import partial
@@ -14,6 +15,8 @@ from appliance.black_box.black_box import BlackBox
 from appliance.cameras.liveness import Exposure, Liveness
 from appliance.cameras.source import CameraError, EndOfRecording, Frame
 from appliance.ingot.frame_rows import frame_row
+from appliance.ingot.learned_references import LearnedReferencesError
+from appliance.ingot.learning import Learning
 from appliance.ingot.reader_setup import ReferencesError, load_view, make_reader
 from appliance.ingot.reporter import IngotReporter
 from appliance.ingot.settings import IngotSettings
@@ -61,7 +64,7 @@ def _read_until(settings: IngotSettings, link: StationLink, closed: threading.Ev
                 link.send(fault("recording_over", str(error)))
         except CameraError as error:
             link.send(fault(error.fault, str(error)))
-        except ReferencesError as error:
+        except (ReferencesError, LearnedReferencesError) as error:
             link.send(fault("references_unusable", str(error)))
         closed.wait(RETRY_PAUSE_S)
 
@@ -72,6 +75,7 @@ def _read(
     source = settings.camera.make_source()
     view = _view(settings)
     black_box.files = _recorded_settings(settings)
+    learning = _learning(settings)
     preview = PreviewWriter("ingot")
     reader: OrientationReader | None = None
     with source:
@@ -91,6 +95,16 @@ def _read(
             preview.offer([frame.picture], partial(_lines, reading), _figures(reading, frame))
             message = ingots.report(frame, reading, elapsed_ms, dropped=link.dropped, simulated=source.simulated)
             link.send(message.model_copy(update={"faults": verdict.faults, "not_kept": black_box.trouble}))
+            with contextlib.suppress(OSError):  # a full disk costs what could be learned, not the readings
+                if learning is not None and learning.add(frame.sequence, frame.picture, reading, ingots.current):
+                    view, reader = _view(settings), None
+
+
+def _learning(settings: IngotSettings) -> Learning | None:
+    """What learns references; None where nothing is to be learned, or the references have no folder."""
+    if not settings.learn or settings.references is None:
+        return None
+    return Learning(settings.references, settings.classifier, "agreement")
 
 
 def _recorded_settings(settings: IngotSettings) -> dict[str, bytes]:

@@ -5,7 +5,8 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from appliance.cameras.recording.pairs import SIDES, Recording
+from appliance.cameras.recording.names import SIDES
+from appliance.cameras.recording.pairs import Recording
 from appliance.cameras.recording.pictures import PictureRecording
 from appliance.files.atomic_file import whole_file
 from appliance.files.row_writer import row_writer

@@ -25,6 +25,8 @@ class ReadingMessage(StationMessage):
         Pairs and messages discarded since the process started, because newer ones were ready.
     simulated : bool
         Whether the pictures come from a simulation or a recording.
+    stretch : int
+        Number of the stretch of a recording without a break.
     reading : SizeReading
     faults : dict of str to str
         Faults with which the value is still served: names in the fault table, each with its detail.
@@ -41,6 +43,7 @@ class ReadingMessage(StationMessage):
     elapsed_ms: float
     dropped: int
     simulated: bool
+    stretch: int = 0
     reading: Annotated[SizeReading, NAN_AS_NULL]
     faults: dict[str, str] = Field(default_factory=dict)
     adjustment_mm: float = 0.0

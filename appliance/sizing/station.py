@@ -213,6 +213,7 @@ def to_message(
         elapsed_ms=elapsed_ms,
         dropped=dropped,
         simulated=simulated,
+        stretch=exposed.stretch,
         reading=reading,
     )
 

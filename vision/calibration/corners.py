@@ -37,7 +37,7 @@ class Found(NamedTuple):
     reason: str
 
 
-def find_corners(image: SentPicture | Codes, board: Board) -> Found:
+def find_corners(image: SentPicture | Codes, board: Board, *, quick: bool = False) -> Found:
     """Find all inner corners of the board.
 
     OpenCV's classic detector and its sector-based one propose grids, the quick one first, until one holds: its
@@ -50,6 +50,8 @@ def find_corners(image: SentPicture | Codes, board: Board) -> Found:
     image : SentPicture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
         Corners are found in 8 bits and located in the code values as they were sent.
     board : Board
+    quick : bool
+        Give up where the first detector finds no board, as a live picture wants it.
 
     Returns
     -------
@@ -67,7 +69,7 @@ def find_corners(image: SentPicture | Codes, board: Board) -> Found:
     fine = _fine_grey(picture)
     columns, rows = board.inner_corners
     reason = f"no board of {columns} x {rows} inner corners found"
-    for grid in _proposals(pixels, board):
+    for grid in _quick_proposals(pixels, board) if quick else _proposals(pixels, board):
         if not _is_inside(grid, pixels):
             reason = "a grid was found, but it reaches beyond the picture"
             continue
@@ -76,6 +78,13 @@ def find_corners(image: SentPicture | Codes, board: Board) -> Found:
         if not reason:
             return Found(_ordered(pixels, refined, board), "")
     return Found(None, reason)
+
+
+def _quick_proposals(pixels: NDArray[np.uint8], board: Board) -> Iterator[NDArray[np.float64]]:
+    flags = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_FAST_CHECK
+    found, corners = cv2.findChessboardCorners(pixels, board.inner_corners, flags=flags)
+    if found:
+        yield corners.reshape(-1, 2).astype(np.float64)
 
 
 def _proposals(pixels: NDArray[np.uint8], board: Board) -> Iterator[NDArray[np.float64]]:

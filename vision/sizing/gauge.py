@@ -22,6 +22,8 @@ from dataclasses import replace
 import numpy as np
 
 from vision.calibration.rig import Rig
+from vision.edges.operators import Edges
+from vision.fusion.names import Fusion
 from vision.readings import SizeReading
 from vision.reasons import Reason
 from vision.sent_picture import Codes, SentPicture
@@ -44,6 +46,10 @@ class Gauge:
     rig : Rig
     ovality_mm : float
         Greatest minus least width of a section that the product may have.
+    edges : str or EdgeOptions
+        Edge detector of route V.
+    fusion : str
+        How route V fuses the views, if at all; see `VirtualBoardGauge`.
 
     Raises
     ------
@@ -51,11 +57,11 @@ class Gauge:
         The rig has no world frame or no boards, or a camera does not see the measuring region.
     """
 
-    def __init__(self, rig: Rig, ovality_mm: float = 0.0) -> None:
+    def __init__(self, rig: Rig, ovality_mm: float = 0.0, *, edges: Edges = "forest", fusion: Fusion = "none") -> None:
         self._rig = rig
         self._beside = ThreadPoolExecutor(1)
         self._tangent = TangentGauge(rig, ovality_mm)
-        self._virtual_board = VirtualBoardGauge(rig)
+        self._virtual_board = VirtualBoardGauge(rig, edges=edges, fusion=fusion)
 
     @property
     def carried(self) -> tuple[float, float]:

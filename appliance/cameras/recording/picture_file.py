@@ -1,4 +1,7 @@
-"""SentPicture files with their coding: PNG of 8 to 16 bits, JPEG with its luma, Bayer mosaics."""
+"""Picture files with their coding: PNG, TIFF, BMP and PGM of 8 to 16 bits, JPEG with its luma, Bayer mosaics.
+
+A picture that a file marks as turned (EXIF orientation) is turned as every viewer shows it.
+"""
 
 import json
 import re
@@ -14,6 +17,7 @@ from numpy.typing import NDArray
 
 from appliance.cameras.recording.jpeg_header import JPEG_START, jpeg_is_whole, read_jpeg_header
 from appliance.cameras.recording.native_messages import native_messages
+from appliance.cameras.recording.other_formats import read_other_head
 from appliance.cameras.source import CameraError
 from vision.sent_picture import LUMA_601, MOSAICS, Codes, Coding, Mosaic, SentPicture, sent_picture
 
@@ -77,7 +81,7 @@ def read_picture(path: Path, told: ToldCoding = UNTOLD) -> SentPicture:
     Parameters
     ----------
     path : Path
-        PNG or JPEG by its content, whatever its suffix.
+        PNG, JPEG, TIFF, BMP or PGM by its content, whatever its suffix.
     told : ToldCoding
         What the file itself cannot say.
 
@@ -108,12 +112,17 @@ def read_picture(path: Path, told: ToldCoding = UNTOLD) -> SentPicture:
     if any(map(_tells_damage, said)):
         raise CameraError(f"{path}: its data do not decode, so the file is damaged; copy or record it again")
     if picture is None:
-        raise CameraError(f"{path}: not a readable PNG or JPEG picture; copy or record it again")
+        raise CameraError(
+            f"{path}: not a readable PNG, JPEG, TIFF, BMP or PGM of 8 to 16 bits; copy or record it again"
+        )
+    other = read_other_head(data)
+    if other is not None and other.pictures > 1:
+        raise CameraError(f"{path}: holds more than one picture; write each to a file of its own")
     return picture
 
 
 def decoded_picture(data: bytes, told: ToldCoding = UNTOLD) -> SentPicture | None:
-    """SentPicture of a PNG or JPEG file's bytes; None where they are none.
+    """Picture of a file's bytes; None where they are none, or one of floating point.
 
     Parameters
     ----------
@@ -127,7 +136,7 @@ def decoded_picture(data: bytes, told: ToldCoding = UNTOLD) -> SentPicture | Non
     if image is None or image.dtype not in {np.dtype(np.uint8), np.dtype(np.uint16)}:
         return None
     if header is None:
-        return _lossless(image, told.bits or _png_bits(data), told.mosaic)
+        return _lossless(image, told.bits or _stated_bits(data), told.mosaic)
     samples = "grey" if image.ndim == 2 else "colour"
     if header.subsampled and image.ndim == 3:
         luma = _decoded(data, cv2.IMREAD_GRAYSCALE)  # the decoder's own Y, not a mixture of its colours
@@ -172,16 +181,16 @@ def _png_chunks(data: bytes) -> Iterator[tuple[bytes, bytes, int]]:
 
 
 def _announced_size(data: bytes) -> tuple[int, int]:
-    """Columns and rows that the head of a PNG or JPEG file announces; zeros where there is no such head."""
+    """Columns and rows that the head of a file announces; zeros where there is no such head."""
     if data.startswith(PNG_START) and len(data) >= PNG_HEAD_BYTES:
         return int.from_bytes(data[16:20]), int.from_bytes(data[20:24])
-    header = read_jpeg_header(data) if data.startswith(JPEG_START) else None
+    header = read_jpeg_header(data) if data.startswith(JPEG_START) else read_other_head(data)
     return header.size if header else (0, 0)
 
 
 def _decoded(data: bytes, flags: int) -> Codes | None:
     try:
-        image: NDArray[Any] | None = cv2.imdecode(np.frombuffer(data, np.uint8), flags | cv2.IMREAD_IGNORE_ORIENTATION)
+        image: NDArray[Any] | None = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
     except cv2.error:  # of a head that cannot be, such as no columns
         return None
     return image
@@ -195,6 +204,14 @@ def _lossless(image: Codes, bits: int | None, mosaic: Mosaic | None) -> SentPict
     if mosaic is not None and image.ndim == 2:
         return sent_picture(image, Coding("mosaic", bits, mosaic=mosaic))
     return sent_picture(image, Coding("grey" if image.ndim == 2 else "colour", bits))
+
+
+def _stated_bits(data: bytes) -> int | None:
+    """Bits of a code value as the file states them; None where it states none."""
+    if data.startswith(PNG_START):
+        return _png_bits(data)
+    head = read_other_head(data)
+    return head and head.bits
 
 
 def _png_bits(data: bytes) -> int | None:

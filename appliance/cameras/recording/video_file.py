@@ -16,7 +16,6 @@ FULL_RANGE = 2  # AVCOL_RANGE_JPEG
 BT_709 = 1  # ITU-T H.273, matrix coefficients
 UNSPECIFIED = 2
 HD_ROWS = 720  # what is not specified is BT.709 from here on, as players take it
-RATE_HZ = 25.0  # of a file that does not say its own
 
 
 class VideoFile:
@@ -29,7 +28,7 @@ class VideoFile:
     Attributes
     ----------
     announced : int
-        Number of frames as the header has it, or as its duration and rate give it.
+        Number of frames as the header has it, else of its packets: a recorder that was cut off leaves no length.
 
     Raises
     ------
@@ -40,9 +39,7 @@ class VideoFile:
     def __init__(self, path: Path) -> None:
         self.path = path
         self._open()
-        stream = self._container.streams.video[0]
-        duration_s = float(self._container.duration or 0) / av.time_base
-        self.announced = int(stream.frames or round(duration_s * float(stream.average_rate or RATE_HZ)))
+        self.announced = self._container.streams.video[0].frames or self._count_packets()
 
     def read(self, position: int) -> SentPicture | None:
         """SentPicture at a position from 0; None after the end.
@@ -66,11 +63,18 @@ class VideoFile:
             sentence = f"{self.path}: frame {position} cannot be decoded; copy or record the video again"
             raise CameraError(sentence) from error
         self._position += 1
-        return picture_of_frame(frame)
+        return turned(picture_of_frame(frame), frame.rotation)
 
     def close(self) -> None:
         """Let go of the file."""
         self._container.close()
+
+    def _count_packets(self) -> int:
+        packets = self._container.demux(self._container.streams.video[0])
+        count = sum(packet.size > 0 for packet in packets)
+        self.close()
+        self._open()
+        return count
 
     def _open(self) -> None:
         try:
@@ -106,6 +110,22 @@ def picture_of_frame(frame: av.VideoFrame) -> SentPicture:
         compression="video",
     )
     return sent_picture(_luma(frame, bits), coding, None if grey else _converted(frame, "bgr24"))
+
+
+def turned(picture: SentPicture, rotation_deg: int) -> SentPicture:
+    """Picture as it is meant to be shown.
+
+    Parameters
+    ----------
+    picture : SentPicture
+    rotation_deg : int
+        Against the clock, as the file's display matrix has it (ISO/IEC 14496-12, 8.3.2).
+    """
+    quarters = round(rotation_deg / 90) % 4
+    if quarters == 0:
+        return picture
+    shown = np.ascontiguousarray(np.rot90(picture.shown, quarters))
+    return SentPicture(shown, np.ascontiguousarray(np.rot90(picture.measured, quarters)), picture.coding)
 
 
 def _luma_weights(frame: av.VideoFrame) -> tuple[float, float]:

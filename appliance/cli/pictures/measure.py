@@ -49,7 +49,8 @@ def run_measure(given: argparse.Namespace) -> int | None:
         refuse_other_formats(given.output)
         if given.processes or given.dask:
             raise CommandError("--processes, --dask: these measure a folder of recordings; give --output FILE.parquet")
-    refuse_lost_input(given.output, (given.recording, given.rig, given.background, given.config))
+    inputs = given.recording, given.rig, given.background, given.config, given.edge_model
+    refuse_lost_input(given.output, inputs)
     refuse_unwritable(given.output)
     try:
         if is_archive:

@@ -10,6 +10,8 @@ from appliance.command_options import CommandError
 from appliance.supervisor import settings as settings_file
 from vision.ingot.classifiers.names import ClassifierName
 
+CONFIRMATIONS = ("agreement", "top", "bottom")
+
 
 def add_orient(command: argparse.ArgumentParser) -> None:
     command.add_argument("recording", type=Path, metavar="RECORDING", help="folder with the pictures of one camera")
@@ -25,10 +27,21 @@ def add_orient(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument("--classifier", choices=get_args(ClassifierName), help="how one picture is judged")
     command.add_argument("--plot", type=Path, metavar="DIR", help="folder for annotated frames and a strip of the ends")
+    command.add_argument(
+        "--learn",
+        nargs="?",
+        const="agreement",
+        choices=CONFIRMATIONS,
+        help="keep better references in DIR/learned, from ingots whose pictures agree, or which all show that end",
+    )
+    command.add_argument(
+        "--use", type=int, metavar="NUMBER", help="first use that pair of DIR/learned again; 0: top.png and bottom.png"
+    )
     add_config(command)
 
 
 def run_orient(given: argparse.Namespace) -> None:
+    from appliance.ingot.learned_references import use
     from appliance.ingot.orient_recording import ingots_file, orient_recording
 
     refuse_other_formats(given.output)
@@ -40,7 +53,11 @@ def run_orient(given: argparse.Namespace) -> None:
     if given.classifier:
         settings = settings.model_copy(update={"classifier": given.classifier})
     try:
-        lines = orient_recording(given.recording, given.references, given.output, settings, given.plot)
+        if given.use is not None:
+            use(given.references, given.use)
+        lines = orient_recording(
+            given.recording, given.references, given.output, settings, plot=given.plot, learn=given.learn
+        )
     except OSError as error:
         place = error.filename or given.output
         raise CommandError(f"{place}: {error.strerror}; give a file in a writable folder") from error

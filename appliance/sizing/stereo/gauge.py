@@ -4,15 +4,19 @@ import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from appliance.processes.preview import Line, Lines
+from appliance.sizing.stereo.edge_model import load_edge_model
 from appliance.sizing.stereo.rig_file import RigError, load_rig
 from vision.calibration.rig import Rig
+from vision.edges.names import EdgeMethod
+from vision.edges.operators import EdgeOptions
+from vision.fusion.names import Fusion
 from vision.geometry.camera import Camera
 from vision.geometry.measuring_plane import PLANE_HEIGHT_MM
 from vision.readings import SizeReading
@@ -20,6 +24,7 @@ from vision.sent_picture import Codes, SentPicture
 from vision.sizing.gauge import Gauge
 from vision.sizing.limits import LIMB_SIDES
 from vision.sizing.tangent.tangent_planes import TangentPlane
+from vision.sizing.virtual_board.aligned_pair import AlignedPair
 
 Picture = NDArray[np.uint8]
 Reading_co = TypeVar("Reading_co", covariant=True)
@@ -111,6 +116,11 @@ class TimedGauge(Generic[Reading_co]):
         reading = self._gauge.measure(*pictures)
         return reading, 1000 * (time.perf_counter() - started_s)
 
+    @property
+    def aligned_pair(self) -> AlignedPair | None:
+        """Views, edges and board of the last pair, for plots; None of a gauge that aligns none, or of no bar."""
+        return getattr(self._gauge, "last_pair", None)
+
     def lines(self, reading: SizeReading) -> Lines:
         """Measuring region, virtual board and the cylinder's edges, as each camera sees them.
 
@@ -126,7 +136,27 @@ class TimedGauge(Generic[Reading_co]):
             )
 
 
-def rig_file_gauge(path: Path, ovality_mm: float) -> TimedGauge[SizeReading]:
+class RouteV(NamedTuple):
+    """How route V finds edges and fuses the views.
+
+    Attributes
+    ----------
+    edges : {"forest", "sobel", "prewitt", "roberts", "canny"}
+    edge_model : Path or None
+        Forest of `hotgauge train-edges`; None: the shipped one.
+    fusion : str
+        See `vision.sizing.virtual_board.gauge.VirtualBoardGauge`.
+    """
+
+    edges: EdgeMethod = "forest"
+    edge_model: Path | None = None
+    fusion: Fusion = "none"
+
+
+USUAL_ROUTE_V = RouteV()
+
+
+def rig_file_gauge(path: Path, ovality_mm: float, route_v: RouteV = USUAL_ROUTE_V) -> TimedGauge[SizeReading]:
     """Make the gauge of a rig file; raises `RigError` as `load_rig` and `TimedGauge` do.
 
     Parameters
@@ -134,12 +164,13 @@ def rig_file_gauge(path: Path, ovality_mm: float) -> TimedGauge[SizeReading]:
     path : Path
     ovality_mm : float
         Largest ovality of the product: greatest minus least width of a cross section.
+    route_v : RouteV
     """
-    return pair_gauge(load_rig(path), str(path), ovality_mm)
+    return pair_gauge(load_rig(path), str(path), ovality_mm, route_v)
 
 
-def pair_gauge(rig: Rig, name: str, ovality_mm: float) -> TimedGauge[SizeReading]:
-    """Make the gauge of a rig, by both routes; raises `RigError` as `TimedGauge` does.
+def pair_gauge(rig: Rig, name: str, ovality_mm: float, route_v: RouteV = USUAL_ROUTE_V) -> TimedGauge[SizeReading]:
+    """Make the gauge of a rig, by both routes; raises `RigError` as `TimedGauge` does, and `EdgeModelError`.
 
     Parameters
     ----------
@@ -148,8 +179,12 @@ def pair_gauge(rig: Rig, name: str, ovality_mm: float) -> TimedGauge[SizeReading
         File or camera of the rig, for error sentences.
     ovality_mm : float
         Largest ovality of the product: greatest minus least width of a cross section.
+    route_v : RouteV
     """
-    return TimedGauge[SizeReading](rig, name, partial(Gauge, ovality_mm=ovality_mm))
+    forest = None if route_v.edge_model is None else load_edge_model(route_v.edge_model)
+    edges = EdgeOptions(method=route_v.edges, forest=forest)
+    make = partial(Gauge, ovality_mm=ovality_mm, edges=edges, fusion=route_v.fusion)
+    return TimedGauge[SizeReading](rig, name, make)
 
 
 def _lines(camera: Camera, region_y_mm: tuple[float, float], reading: SizeReading) -> list[Line]:

@@ -1,9 +1,8 @@
 """Measures a recording frame by frame and writes what it found as JSON lines or CSV."""
 
 import contextlib
-from functools import partial
+from collections.abc import Callable
 from pathlib import Path
-from typing import Literal
 
 from tqdm import tqdm
 
@@ -11,17 +10,15 @@ from appliance.cameras.recording.pairs import Recording, read_stamps
 from appliance.files.atomic_file import whole_file
 from appliance.files.row_writer import row_writer
 from appliance.sizing.reading_rows import COLUMNS, Judge, ReadingRows, unjudged
-from appliance.sizing.stereo.gauge import TimedGauge
+from appliance.sizing.stereo.gauge import Measures, TimedGauge
 from appliance.sizing.stereo.plots import Plots
 from appliance.sizing.stereo.rig_file import RigError, load_rig
 from appliance.sizing.summary import Summary
-from vision.edges.operators import EdgeMethod
+from vision.calibration.rig import Rig
 from vision.readings import SizeReading
 from vision.sizing.gauge import Gauge
-from vision.sizing.virtual_board.gauge import Fusion, VirtualBoardGauge
 from vision.sizing.virtual_board.reading import VirtualBoardReading
 
-Method = Literal["tangent", "virtual-board"]
 AnyGauge = TimedGauge[SizeReading | VirtualBoardReading]
 
 FRAMES_TRIED = 5  # with left and right exchanged, where no frame has a value
@@ -31,11 +28,9 @@ def measure_recording(
     recording: Path,
     rig: Path,
     output: Path,
+    make: Callable[[Rig], Measures[SizeReading | VirtualBoardReading]] = Gauge,
     *,
     judge: Judge = unjudged,
-    method: Method = "tangent",
-    edges: EdgeMethod = "forest",
-    fusion: Fusion = "none",
     plots: Path | None = None,
 ) -> list[str]:
     """Measure every frame of a recording; the output appears whole or not at all. Lines of a summary.
@@ -48,14 +43,10 @@ def measure_recording(
         Calibration from `hotgauge calibrate`.
     output : Path
         File to write: CSV if its suffix is `.csv`, else JSON lines.
+    make : callable
+        Makes the gauge from the rig.
     judge : callable
         Compares each reading with what is wanted.
-    method : {"tangent", "virtual-board"}
-        Route that gives the diameter: tangent planes checked by virtual boards, or virtual boards (route V) alone.
-    edges : str
-        Edge detector of route V alone, one of `EDGE_METHODS`.
-    fusion : str
-        How route V alone makes one picture out of both views, one of `FUSIONS`.
     plots : Path, optional
         Folder for plots of route V alone.
 
@@ -72,7 +63,6 @@ def measure_recording(
     """
     drawing = Plots(plots) if plots is not None else None
     calibrated = load_rig(rig)
-    make = Gauge if method == "tangent" else partial(VirtualBoardGauge, edges=edges, fusion=fusion)
     gauge = AnyGauge(calibrated, str(rig), make)
     rows, summary = ReadingRows(judge), Summary()
     with contextlib.closing(Recording(recording)) as frames, whole_file(output) as file:
@@ -82,7 +72,7 @@ def measure_recording(
             reading, elapsed_ms = gauge.measure(left, right)
             if isinstance(reading, VirtualBoardReading):
                 if drawing is not None:
-                    drawing.add(frame, reading)
+                    drawing.add(frame, reading, gauge.aligned_pair)
                 reading = reading.size_reading()
             values = rows.row(frame, reading, elapsed_ms, stamps.get(frame, (None,))[0])
             summary.add(reading, values["decision"])

@@ -6,9 +6,12 @@ from pathlib import Path
 import numpy as np
 
 from appliance.sizing.figures import figure_class, mark_frames, save_figure
+from appliance.sizing.stereo.overlays import write_overlays
+from vision.sizing.virtual_board.aligned_pair import AlignedPair
 from vision.sizing.virtual_board.reading import VirtualBoardReading
 
 TOLERANCE_BAND_MM = 3.0  # rolling tolerance of the dissertation, above and below
+OVERLAY_FRAMES = 8  # chosen: frames, the first with windows, whose pictures are drawn over
 WINDOW_PLOTS = 8  # chosen: frames, spread over the recording, whose windows are drawn
 
 
@@ -32,18 +35,24 @@ class Plots:
         self._new_figure = figure_class()
         self._folder = folder
         self._readings: list[tuple[int, VirtualBoardReading]] = []
+        self._overlays = 0
         folder.mkdir(parents=True, exist_ok=True)
 
-    def add(self, frame: int, reading: VirtualBoardReading) -> None:
-        """Add a frame's reading.
+    def add(self, frame: int, reading: VirtualBoardReading, pair: AlignedPair | None = None) -> None:
+        """Add a frame's reading; of the first frames with windows, what was seen is drawn over the pictures at once.
 
         Parameters
         ----------
         frame : int
             Number of the frame.
         reading : VirtualBoardReading
+        pair : AlignedPair or None
+            Views, edges and board of the frame.
         """
         self._readings.append((frame, reading))
+        if pair is not None and reading.windows_total and self._overlays < OVERLAY_FRAMES:
+            self._overlays += 1
+            write_overlays(self._folder, frame, pair, reading)
 
     def write(self) -> None:
         """Draw `windows_NNNNNN.png` of up to eight frames, `frames.png` and `alignment.png`."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from appliance.cameras.recording.pairs import PICTURE_SUFFIXES
+from appliance.cameras.recording.names import PICTURE_SUFFIXES
 from vision.calibration.acceptance import CalibrationError
 from vision.calibration.checkerboard import Board
 from vision.calibration.rig import SIDES

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from appliance.cameras.recording import pairs
+from appliance.cameras.recording import frames
 from appliance.cameras.recording.pairs import Recording, read_stamps
 from appliance.cameras.recording.picture_file import read_picture, read_told_coding
 from appliance.cameras.source import CameraError
@@ -98,7 +98,7 @@ def test_a_folder_that_cannot_be_read_is_a_camera_fault_and_not_the_end_of_the_s
 
     for side in ("left", "right"):
         (tmp_path / side).mkdir()
-    monkeypatch.setattr(pairs, "numbered_pictures", refuse)
+    monkeypatch.setattr(frames, "pictures_in", refuse)
     with pytest.raises(CameraError, match=r"left: cannot be read \(Permission denied\)"):
         Recording(tmp_path)
 

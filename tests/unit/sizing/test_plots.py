@@ -31,9 +31,17 @@ def test_virtual_boards_are_measured_and_drawn(line):
     header, *rows = output.read_text().splitlines()
     assert len(rows) == 3
     assert "diameter_virtual_board_mm" in header
-    pictures = [cv2.imread(str(path)) for path in sorted(plots.glob("*.png"))]
-    assert len(pictures) >= 2
-    assert all(picture.std() > 5 for picture in pictures)
+    pictures = {path.stem: cv2.imread(str(path)) for path in sorted(plots.glob("*.png"))}
+    assert all(picture.std() > 5 for picture in pictures.values())
+    assert {"frames", "alignment", "boundaries_000000", "alignment_000000"} <= set(pictures)
+    green = (np.abs(pictures["boundaries_000000"].astype(int) - (60, 220, 60)) < 3).all(axis=2)
+    rows, columns = np.nonzero(green)
+    middle = columns.mean()
+    assert len(np.unique(rows)) > 0.8 * len(green)  # an edge point in most rows, on both sides of the bar
+    assert min((columns < middle).sum(), (columns > middle).sum()) > 0.3 * len(green)
+    both = pictures["alignment_000000"].astype(int)
+    bright = both.max(axis=2) > 120
+    assert np.abs(both[..., 2] - both[..., 0])[bright].mean() < 60  # on the plane of the bar red and cyan make grey
 
 
 @pytest.mark.parametrize(
