@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Generic, NamedTuple, Protocol, TypeVar
+from typing import Generic, NamedTuple, Protocol, TypeVar, cast
 
 import cv2
 import numpy as np
@@ -42,15 +42,6 @@ class Measures(Protocol[Reading_co]):
         """Measure one pair."""
         ...
 
-    @property
-    def carried(self) -> tuple[float, float]:
-        """What the next frame gets of the earlier ones."""
-        ...
-
-    def resume(self, carried: tuple[float, float], /) -> None:
-        """Go on as the gauge would whose `carried` this was."""
-        ...
-
 
 class TimedGauge(Generic[Reading_co]):
     """A gauge that returns its computing time and refuses pictures of another size than its rig's.
@@ -77,21 +68,6 @@ class TimedGauge(Generic[Reading_co]):
             self._gauge = make(rig)
         except ValueError as error:
             raise RigError(f"{name}: {error}; calibrate again") from error
-
-    @property
-    def scale_file(self) -> tuple[str, bytes]:
-        """Name and content of the rig file; see `TimedReader.scale_file`."""
-        return "rig.json", self._rig.to_json().encode()
-
-    @property
-    def carried(self) -> tuple[float, ...]:
-        """What the next frame gets of the earlier ones; see `TimedReader.carried`."""
-        return self._gauge.carried
-
-    def resume(self, carried: Sequence[float]) -> None:
-        """Go on as the gauge would whose `carried` this was; see `TimedReader.resume`."""
-        height_mm, area_px = carried
-        self._gauge.resume((height_mm, area_px))
 
     def warm_up(self) -> None:
         """Measure a drawn bar once, so that code is compiled before the first pair."""
@@ -136,6 +112,25 @@ class TimedGauge(Generic[Reading_co]):
             )
 
 
+class StationGauge(TimedGauge[SizeReading]):
+    """The gauge of a station: another process can go on where it was."""
+
+    @property
+    def scale_file(self) -> tuple[str, bytes]:
+        """Name and content of the rig file; see `TimedReader.scale_file`."""
+        return "rig.json", self._rig.to_json().encode()
+
+    @property
+    def carried(self) -> tuple[float, ...]:
+        """What the next frame gets of the earlier ones; see `TimedReader.carried`."""
+        return cast("Gauge", self._gauge).carried
+
+    def resume(self, carried: Sequence[float]) -> None:
+        """Go on as the gauge would whose `carried` this was; see `TimedReader.resume`."""
+        height_mm, area_px = carried
+        cast("Gauge", self._gauge).resume((height_mm, area_px))
+
+
 class RouteV(NamedTuple):
     """How route V finds edges and fuses the views.
 
@@ -156,7 +151,7 @@ class RouteV(NamedTuple):
 USUAL_ROUTE_V = RouteV()
 
 
-def rig_file_gauge(path: Path, ovality_mm: float, route_v: RouteV = USUAL_ROUTE_V) -> TimedGauge[SizeReading]:
+def rig_file_gauge(path: Path, ovality_mm: float, route_v: RouteV = USUAL_ROUTE_V) -> StationGauge:
     """Make the gauge of a rig file; raises `RigError` as `load_rig` and `TimedGauge` do.
 
     Parameters
@@ -169,7 +164,7 @@ def rig_file_gauge(path: Path, ovality_mm: float, route_v: RouteV = USUAL_ROUTE_
     return pair_gauge(load_rig(path), str(path), ovality_mm, route_v)
 
 
-def pair_gauge(rig: Rig, name: str, ovality_mm: float, route_v: RouteV = USUAL_ROUTE_V) -> TimedGauge[SizeReading]:
+def pair_gauge(rig: Rig, name: str, ovality_mm: float, route_v: RouteV = USUAL_ROUTE_V) -> StationGauge:
     """Make the gauge of a rig, by both routes; raises `RigError` as `TimedGauge` does, and `EdgeModelError`.
 
     Parameters
@@ -184,7 +179,7 @@ def pair_gauge(rig: Rig, name: str, ovality_mm: float, route_v: RouteV = USUAL_R
     forest = None if route_v.edge_model is None else load_edge_model(route_v.edge_model)
     edges = EdgeOptions(method=route_v.edges, forest=forest)
     make = partial(Gauge, ovality_mm=ovality_mm, edges=edges, fusion=route_v.fusion)
-    return TimedGauge[SizeReading](rig, name, make)
+    return StationGauge(rig, name, make)
 
 
 def _lines(camera: Camera, region_y_mm: tuple[float, float], reading: SizeReading) -> list[Line]:
