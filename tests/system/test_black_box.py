@@ -80,7 +80,7 @@ def test_an_alarm_keeps_pictures_that_measure_to_the_bits_that_were_served(recor
     with rehearsing("appliance.sizing.station", tmp_path, monkeypatch, sizing) as rehearsal:
         rehearsal.keep_in(None, history)
         rehearsal.start()
-        with rehearsal.connect() as wire:
+        with rehearsal.connect(within_s=90) as wire:  # a real station, which compiles
             seen = wait_for(wire, has_value, 60)
             wait_for(wire, lambda now: (now["sequence"] - seen["sequence"]) & 0xFFFF > 12, 30)
             wire.ask(write_registers(SET_POINTS.start, 30000, 200, 200))  # a target that no bar here has
@@ -111,7 +111,7 @@ def test_the_plc_asks_for_pictures_and_the_mill_s_own_rig_comes_with_them(tmp_pa
     )
     with rehearsing("appliance.sizing.station", tmp_path, monkeypatch, sizing) as rehearsal:
         rehearsal.start()
-        with rehearsal.connect() as wire:
+        with rehearsal.connect(within_s=90) as wire:  # a real station, which compiles
             seen = wait_for(wire, has_value, 90)
             wait_for(wire, lambda now: (now["sequence"] - seen["sequence"]) & 0xFFFF > 6, 30)
             wire.ask(write_coils(42, True))
@@ -131,7 +131,7 @@ def test_pictures_that_cannot_be_kept_are_a_fault_and_measuring_goes_on(recorded
     )
     with rehearsing("appliance.sizing.station", tmp_path, monkeypatch, sizing) as rehearsal:
         rehearsal.start()
-        with rehearsal.connect() as wire:
+        with rehearsal.connect(within_s=90) as wire:  # a real station, which compiles
             wait_for(wire, has_value, 60)
             wire.ask(write_coils(42, True))
             assert wait_for(wire, lambda now: now["fault_word"] == 1 << 29, 10)
