@@ -1,7 +1,6 @@
-"""A station's black box: pictures in memory, and a thread of the lowest priority that writes them on a cause.
+"""A station's black box: pictures in memory, and a thread of low priority that writes them on a cause.
 
-Adding an exposure stores references and never waits. The thread compresses outside of Python's lock and at nice 19, so
-that the kernel gives it only the time that measuring leaves.
+Adding an exposure stores references and never waits. The thread compresses outside of Python's lock and at a low priority.
 """
 
 import contextlib
@@ -25,7 +24,7 @@ from appliance.files.row_writer import Row
 
 AFTER_S = 1.0  # chosen: what followed a cause belongs to the recording; part of `seconds`
 LEAST_FREE_SPACE_BYTES = 200 << 20  # chosen: of the disk, which belongs to the history and to the system
-LOWEST_PRIORITY = 19
+WRITER_NICE = 10  # chosen: a tenth of a measuring thread's share; at 19 a busy computer took minutes for a recording
 BOX_FILE = "black_box.json"
 
 
@@ -96,7 +95,7 @@ class BlackBox:
         self._causes.put(None)
 
     def _run(self, directory: Path) -> None:
-        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), LOWEST_PRIORITY)
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), WRITER_NICE)
         for left_over in directory.glob(f"{PARTIAL}*-{self._station}-*"):
             shutil.rmtree(left_over, ignore_errors=True)
         while (cause := self._causes.get()) is not None:
