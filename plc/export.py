@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 
 from plc.codes import CODES, Bits, NamedBit
-from plc.registers import INGOT_RING, MAP_VERSION, MEASUREMENTS, READING_RING, REGISTERS
+from plc.registers import BARS, INGOT_RING, MAP_VERSION, MEASUREMENTS, READING_RING, REGISTERS
 from plc.rows import Register, Table, select
 
 _NO_BITS: Bits = {}
@@ -188,7 +188,8 @@ def to_markdown(bits: Bits = _NO_BITS) -> str:
             "table in front. A value is scale x number; `invalid` is the number that means no value. The most",
             "significant word comes first unless the gauge is set otherwise.",
             f"Words {_ends(MEASUREMENTS)} are one block, which one request reads whole; so are the rings of the",
-            f"last readings ({_ends(READING_RING)}) and of the last ingots ({_ends(INGOT_RING)}).\n",
+            f"last readings ({_ends(READING_RING)}) and of the last ingots ({_ends(INGOT_RING)}), and",
+            f"bars side by side ({_ends(BARS)}).\n",
             *sections,
             *words,
         ]

@@ -42,6 +42,7 @@ class Reason(enum.IntFlag):
     BAR_TAIL = 1 << 28
     BARRIER_HIDDEN = 1 << 29
     BARRIER_BENT = 1 << 30
+    SHIMMER = 1 << 31
 
     @property
     def names(self) -> list[str]:
@@ -99,6 +100,7 @@ REASONS: tuple[ReasonRow, ...] = (
     ReasonRow(Reason.BAR_TAIL, False, "the bar's tail lies in the measuring region"),
     ReasonRow(Reason.BARRIER_HIDDEN, False, "a barrier of the conveyor is not found, or partly hidden"),
     ReasonRow(Reason.BARRIER_BENT, False, "a barrier of the conveyor is not straight in the picture"),
+    ReasonRow(Reason.SHIMMER, False, "hot air or scale displaces the bar's edges by more than 0.2 px"),
 )
 
 

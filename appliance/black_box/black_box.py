@@ -1,6 +1,6 @@
 """A station's black box: pictures in memory, and a thread of low priority that writes them on a cause.
 
-Adding an exposure stores references and never waits. The thread compresses outside of Python's lock and at a low priority.
+Adding an exposure stores references and never waits. The thread compresses outside of Python's lock.
 """
 
 import contextlib
@@ -65,19 +65,19 @@ class BlackBox:
             self._thread = threading.Thread(target=self._run, args=(settings.directory,), name="black box", daemon=True)
             self._thread.start()
 
-    def add(self, exposed: FramePair | Frame, row: Callable[[], Row], carried: tuple[float, ...] = ()) -> None:
+    def add(self, exposed: FramePair | Frame, rows: Callable[[], list[Row]], carried: tuple[float, ...] = ()) -> None:
         """Keep an exposure that was measured; never waits.
 
         Parameters
         ----------
         exposed : FramePair or Frame
-        row : callable
-            Makes the row of its reading; called only when it is written.
+        rows : callable
+            Makes the rows of its readings; called only when it is written.
         carried : tuple of float
             What the gauge carried over from earlier frames when it measured this one.
         """
         if self._thread is not None:
-            self._memory.add(KeptExposure(exposed, row, carried))
+            self._memory.add(KeptExposure(exposed, rows, carried))
 
     def keep(self, why: str) -> None:
         """Have the last seconds written, and the second that follows; never waits.
@@ -142,6 +142,7 @@ class BlackBox:
             "why": list(dict.fromkeys(cause.why for cause in causes)),
             "utc_ms": round(1000 * first.utc_s),
             "version": importlib.metadata.version("hotgauge"),
+            "stamped": isinstance(pair := exposures[0].exposed, FramePair) and pair.stamped,
             "carried": [number if math.isfinite(number) else None for number in exposures[0].carried],
         }
         files = {BOX_FILE: (json.dumps(described, indent=1) + "\n").encode(), **self.files}

@@ -18,14 +18,14 @@ class KeptExposure(NamedTuple):
     Attributes
     ----------
     exposed : FramePair or Frame
-    row : callable
-        Makes the row that `hotgauge measure` or `orient` writes for it.
+    rows : callable
+        Makes the rows that `hotgauge measure` or `orient` writes for it: one, or one for each of several bars.
     carried : tuple of float
         What the gauge carried over from earlier frames when it measured this one.
     """
 
     exposed: FramePair | Frame
-    row: Callable[[], Row]
+    rows: Callable[[], list[Row]]
     carried: tuple[float, ...] = ()
 
     @property

@@ -68,7 +68,7 @@ def _write_exposures(folder: Path, exposures: deque[KeptExposure]) -> None:
         if isinstance(kept.exposed, FramePair):
             stamps.append((number, kept.exposed.left_us, kept.exposed.right_us))
         moment = {"sequence": kept.exposed.sequence, "exposed_utc_ms": kept.exposed.exposed_utc_ms}
-        rows.append(json.dumps(kept.row() | {"frame": number} | moment, allow_nan=False))
+        rows += [json.dumps(row | {"frame": number} | moment, allow_nan=False) for row in kept.rows()]
         number += 1
     _write(folder / "readings.jsonl", "".join(f"{row}\n" for row in rows).encode())
     if stamps:

@@ -14,6 +14,7 @@ from pydantic import TypeAdapter
 from appliance.black_box.black_box import BlackBox
 from appliance.cameras.liveness import Exposure, Liveness
 from appliance.cameras.source import CameraError, EndOfRecording, Frame
+from appliance.files.row_writer import Row
 from appliance.ingot.frame_rows import frame_row
 from appliance.ingot.learned_references import LearnedReferencesError
 from appliance.ingot.learning import Learning
@@ -91,7 +92,7 @@ def _read(
             started_s = time.perf_counter()
             reading = reader.read(frame.picture)
             elapsed_ms = 1000 * (time.perf_counter() - started_s)
-            black_box.add(frame, partial(frame_row, frame.sequence, reading))
+            black_box.add(frame, partial(_rows, frame.sequence, reading))
             preview.offer([frame.picture], partial(_lines, reading), _figures(reading, frame))
             message = ingots.report(frame, reading, elapsed_ms, dropped=link.dropped, simulated=source.simulated)
             link.send(message.model_copy(update={"faults": verdict.faults, "not_kept": black_box.trouble}))
@@ -105,6 +106,10 @@ def _learning(settings: IngotSettings) -> Learning | None:
     if not settings.learn or settings.references is None:
         return None
     return Learning(settings.references, settings.classifier, "agreement")
+
+
+def _rows(number: int, reading: OrientationReading) -> list[Row]:
+    return [frame_row(number, reading)]
 
 
 def _recorded_settings(settings: IngotSettings) -> dict[str, bytes]:

@@ -1,6 +1,7 @@
 """Rows of readings with all their digits: of the black box, whose recordings are measured again to the last bit."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import asdict
 
 from appliance.files.row_writer import Row, Value
@@ -30,6 +31,18 @@ def exact_row(frame: int, reading: SizeReading, elapsed_ms: float) -> Row:
         "elapsed_ms": elapsed_ms,
     }
     return {name: _or_none(found[name]) for name in EXACT_COLUMNS}
+
+
+def exact_rows(frame: int, readings: Sequence[SizeReading], elapsed_ms: float) -> list[Row]:
+    """Rows of one exposure, one for each bar that lies beside another; see `exact_row`.
+
+    Parameters
+    ----------
+    frame : int
+    readings : sequence of SizeReading
+    elapsed_ms : float
+    """
+    return [exact_row(frame, reading, elapsed_ms) for reading in readings]
 
 
 def _or_none(value: Value) -> Value:

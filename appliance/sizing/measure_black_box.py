@@ -6,8 +6,9 @@ from pathlib import Path
 from tqdm import tqdm
 
 from appliance.cameras.recording.names import SIDES
-from appliance.cameras.recording.pairs import Recording
+from appliance.cameras.recording.pairs import Recording, read_stamps
 from appliance.cameras.recording.pictures import PictureRecording
+from appliance.cameras.source import Frame, FramePair
 from appliance.files.atomic_file import whole_file
 from appliance.files.row_writer import row_writer
 from appliance.sizing.exact_rows import EXACT_COLUMNS, exact_row
@@ -34,24 +35,36 @@ def measure_black_box(recording: Path, output: Path) -> list[str]:
     OSError
         `output` cannot be written.
     """
-    settings, gauge = recorded_gauge(recording)
+    settings, gauge, stamped = recorded_gauge(recording)
     summary = Summary()
     with whole_file(output) as file:
         write = row_writer(output, file, EXACT_COLUMNS)
-        for frame, pictures in tqdm(_frames(recording), unit="frame", disable=None):
-            reading, elapsed_ms = gauge.measure(*pictures)
-            adjusted = settings.adjustment.adjusted(reading)
-            summary.add(adjusted)
-            write(exact_row(frame, adjusted, elapsed_ms))
+        for exposed in tqdm(_exposures(recording, stamped=stamped), unit="frame", disable=None):
+            readings, elapsed_ms = gauge.measure_exposed(exposed)
+            for reading in readings:
+                adjusted = settings.adjustment.adjusted(reading)
+                summary.add(adjusted)
+                write(exact_row(exposed.sequence, adjusted, elapsed_ms))
     return summary.lines()
 
 
-def _frames(recording: Path) -> Iterator[tuple[int, tuple[object, ...]]]:
-    """Number and pictures of each exposure, of two cameras or of one."""
-    if (recording / SIDES[0]).is_dir():
-        pairs = Recording(recording)
-        for frame, left, right in pairs:
-            yield frame, (left, right)
+def _exposures(recording: Path, *, stamped: bool) -> Iterator[FramePair | Frame]:
+    """Exposures of two cameras or of one, as the gauge had them; moments do not count."""
+    if not (recording / SIDES[0]).is_dir():
+        for number, picture in PictureRecording(recording):
+            yield Frame(picture, number, 0.0, 0)
         return
-    for frame, picture in PictureRecording(recording):
-        yield frame, (picture,)
+    stamps = read_stamps(recording)
+    for number, left, right in Recording(recording):
+        left_us, right_us = stamps[number]
+        yield FramePair(
+            left.shown,
+            right.shown,
+            sequence=number,
+            left_us=left_us,
+            right_us=right_us,
+            exposed_monotonic_s=0.0,
+            exposed_utc_ms=0,
+            stamped=stamped,
+            sent=(left, right),
+        )

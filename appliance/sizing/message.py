@@ -28,6 +28,9 @@ class ReadingMessage(StationMessage):
     stretch : int
         Number of the stretch of a recording without a break.
     reading : SizeReading
+        Of the one bar; `several_bars` where there are more.
+    bars : tuple of SizeReading
+        Of bars side by side, each in the slot that it keeps; empty where there is one or none.
     faults : dict of str to str
         Faults with which the value is still served: names in the fault table, each with its detail.
     adjustment_mm : float
@@ -45,6 +48,7 @@ class ReadingMessage(StationMessage):
     simulated: bool
     stretch: int = 0
     reading: Annotated[SizeReading, NAN_AS_NULL]
+    bars: tuple[Annotated[SizeReading, NAN_AS_NULL], ...] = ()
     faults: dict[str, str] = Field(default_factory=dict)
     adjustment_mm: float = 0.0
     not_kept: str = ""

@@ -61,8 +61,8 @@ class TimedReader(Protocol):
     """A gauge that also returns its computing time."""
 
     @property
-    def measure(self) -> "Callable[..., tuple[SizeReading, float]]":
-        """Measure the pictures of one exposure, left first: reading and computing time, ms; raises `ScaleError`."""
+    def measure_exposed(self) -> "Callable[..., tuple[tuple[SizeReading, ...], float]]":
+        """Measure an exposure of the source: a reading a bar, computing time, ms; raises `ScaleError`."""
         ...
 
     @property
@@ -91,11 +91,12 @@ class TimedReader(Protocol):
 class SizingMethod(Section, ABC):
     """Settings that all sizing methods share, and the functions that each must define."""
 
-    ovality_mm: float = Field(
-        default=0.0,
+    ovality_mm: float | None = Field(
+        default=None,
         ge=0,
         le=20,
-        description="Greatest minus least width of a section that the product may have; part of the uncertainty",
+        description="Greatest minus least width of a section that the product may have, part of the uncertainty; two "
+        "cameras assume 0.6 % of the diameter if it is not set",
         json_schema_extra=unit("mm"),
     )
     stale_after_ms: int = Field(

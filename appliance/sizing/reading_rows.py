@@ -35,6 +35,15 @@ READING_COLUMNS = (
     FileColumn("u_model_mm", "mm", _U_MM, "likewise: bars that are no cylinders"),
     FileColumn("offset_mm", "mm", _MM, "position of the axis across the line"),
     FileColumn("method", "", None, "`tangent`, `virtual-board` or `conveyor`"),
+    FileColumn("u_motion_mm", "mm", _U_MM, "of `u_model_mm`: the bar may have moved between the two exposures"),
+    FileColumn("wander_px", "px", 3, "how far hot air, or scale, displaces an edge over some centimetres, RMS"),
+    FileColumn("camber_mm", "mm", _MM, "sagitta of the axis over 1 m; positive: the ends lie at larger x"),
+    FileColumn("u_camber_mm", "mm", _MM, "its standard uncertainty (k = 1)"),
+    FileColumn("bar_frames", "", None, "frames of the passing bar that its values are of"),
+    FileColumn("bar_diameter_mm", "mm", _MM, "diameter of the passing bar from its last frames"),
+    FileColumn("bar_expanded_uncertainty_mm", "mm", _MM, "U of it (k = 2)"),
+    FileColumn("bar_ovality_mm", "mm", _MM, "greatest minus least width, once the bar has turned by half a turn"),
+    FileColumn("bar_ovality_expanded_uncertainty_mm", "mm", _MM, "U of it (k = 2)"),
 )
 JUDGED_COLUMNS = (
     FileColumn("target_mm", "mm", _MM, "size that is wanted, `sizing.set_points.target_mm`; empty without one"),
@@ -46,7 +55,10 @@ FRAME_COLUMNS = (
     *READING_COLUMNS,
     FileColumn("elapsed_ms", "ms", 1, "computing time, without decoding"),
     FileColumn("time_us", "µs", None, "stamp of the left camera from `timestamps.csv`; empty without that file"),
-    FileColumn("bar", "", None, "number of the bar in this recording, from 1; empty where there is none"),
+    FileColumn("bar", "", None, "bars side by side, counted from smaller x; 0 where there is one"),
+    FileColumn(
+        "bar_number", "", None, "number of the passing bar in this recording, from 1; empty where there is none"
+    ),
     *JUDGED_COLUMNS,
 )
 COLUMNS = tuple(column.name for column in FRAME_COLUMNS)
@@ -70,7 +82,9 @@ class ReadingRows:
         self._bars = 0
         self._passing = False
 
-    def row(self, frame: int, reading: SizeReading, elapsed_ms: float, time_us: int | None = None) -> Row:
+    def row(
+        self, frame: int, reading: SizeReading, elapsed_ms: float, time_us: int | None = None, *, bar: int = 0
+    ) -> Row:
         """Row of one reading; None for no value.
 
         Parameters
@@ -82,6 +96,8 @@ class ReadingRows:
             Computing time.
         time_us : int or None
             Time stamp of its exposure.
+        bar : int
+            Place among bars side by side, from smaller x.
         """
         there = Reason.NO_BAR not in reading.reasons
         self._bars += there and not self._passing
@@ -92,7 +108,8 @@ class ReadingRows:
             "reasons": reading.reasons.names,
             "elapsed_ms": elapsed_ms,
             "time_us": time_us,
-            "bar": self._bars if there else None,
+            "bar": bar,
+            "bar_number": self._bars if there else None,
         }
         found |= self._judge(reading)
         return {column.name: column.written(found[column.name]) for column in FRAME_COLUMNS}

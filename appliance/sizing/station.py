@@ -7,7 +7,7 @@ import contextlib
 import math
 import threading
 import time
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from functools import partial
 
 from pydantic import TypeAdapter
@@ -28,13 +28,14 @@ from appliance.processes.link import StationLink
 from appliance.processes.message import KeepPictures, StateMessage
 from appliance.processes.preview import Picture, PreviewWriter
 from appliance.processes.station_process import fault, report_rejected, serve
-from appliance.sizing.exact_rows import exact_row
+from appliance.sizing.exact_rows import exact_rows
 from appliance.sizing.message import ReadingMessage
 from appliance.sizing.method import ScaleError, SizingMethod, TimedReader
 from appliance.sizing.recorded_settings import recorded_settings
 from appliance.sizing.settings import Sizing
 from vision.readings import SizeReading
 from vision.reasons import Reason
+from vision.sizing.side_by_side import SideBySide
 
 PAIR_TIMEOUT_S = 0.2  # chosen
 RETRY_PAUSE_S = 1.0  # chosen: pause after equipment trouble
@@ -103,6 +104,7 @@ def _measure(
     preview = PreviewWriter("sizing")
     with source:
         liveness = Liveness(settings.liveness, time.monotonic(), numbered=source.simulated)
+        bars = SideBySide()
         guard = ExposureGuard(settings.exposure, adjustable=isinstance(source, Adjustable))
         while not closed.is_set():
             exposed = source.next(PAIR_TIMEOUT_S)
@@ -112,15 +114,22 @@ def _measure(
                 report_rejected(verdict, link, opens_again=not source.simulated)
                 continue
             carried = gauge.carried
-            measured, elapsed_ms = gauge.measure(*exposed.pictures)
-            reading = settings.adjustment.adjusted(measured)
-            black_box.add(exposed, partial(exact_row, exposed.sequence, reading, elapsed_ms), carried)
+            measured, elapsed_ms = gauge.measure_exposed(exposed)
+            adjusted = tuple(settings.adjustment.adjusted(one) for one in measured)
+            black_box.add(exposed, partial(exact_rows, exposed.sequence, adjusted, elapsed_ms), carried)
+            readings = bars.add(adjusted, exposed.exposed_monotonic_s)
             message = to_message(
-                reading, exposed, elapsed_ms, dropped=exposed.dropped + link.dropped, simulated=source.simulated
+                readings,
+                exposed,
+                elapsed_ms,
+                slots=bars.slots,
+                dropped=exposed.dropped + link.dropped,
+                simulated=source.simulated,
             )
+            reading = message.reading
             preview.offer(_shown(exposed), partial(gauge.lines, reading), _figures(reading, exposed))
             faults = verdict.faults | _exposure_faults(guard, reading, exposed, source) | _heat(settings, exposed)
-            more = {"faults": faults, "not_kept": black_box.trouble, "adjustment_mm": _added_mm(settings, reading)}
+            more = {"faults": faults, "not_kept": black_box.trouble, "adjustment_mm": _added_mm(settings, adjusted)}
             link.send(message.model_copy(update=more))
 
 
@@ -174,8 +183,8 @@ def _exposure_faults(
     return advice.faults
 
 
-def _added_mm(settings: SizingMethod, reading: SizeReading) -> float:
-    return settings.adjustment.added_mm if Reason.ADJUSTED in reading.reasons else 0.0
+def _added_mm(settings: SizingMethod, readings: Sequence[SizeReading]) -> float:
+    return settings.adjustment.added_mm if any(Reason.ADJUSTED in one.reasons for one in readings) else 0.0
 
 
 def _heat(settings: SizingMethod, exposed: FramePair | Frame) -> dict[str, str]:
@@ -190,17 +199,26 @@ def _stay_at_end(link: StationLink, closed: threading.Event, detail: str) -> Non
 
 
 def to_message(
-    reading: SizeReading, exposed: FramePair | Frame, elapsed_ms: float, *, dropped: int, simulated: bool
+    readings: Sequence[SizeReading],
+    exposed: FramePair | Frame,
+    elapsed_ms: float,
+    *,
+    slots: tuple[SizeReading, ...],
+    dropped: int,
+    simulated: bool,
 ) -> ReadingMessage:
-    """Make the message of one reading.
+    """Make the message of one exposure.
 
     Parameters
     ----------
-    reading : SizeReading
+    readings : sequence of SizeReading
+        One for each bar, from smaller x.
     exposed : FramePair or Frame
         Exposure that was measured.
     elapsed_ms : float
         Computing time.
+    slots : tuple of SizeReading
+        Of bars side by side, each in the slot that it keeps.
     dropped : int
         Exposures and messages discarded since the process started.
     simulated : bool
@@ -214,7 +232,8 @@ def to_message(
         dropped=dropped,
         simulated=simulated,
         stretch=exposed.stretch,
-        reading=reading,
+        reading=readings[0] if len(readings) == 1 else SizeReading(reasons=Reason.SEVERAL_BARS),
+        bars=slots if len(readings) > 1 else (),
     )
 
 

@@ -41,6 +41,7 @@ def structures(dialect: Dialect) -> Iterator[str]:
         yield _written(
             dialect, f"{name}_RING", _place(words, select(REGISTERS, "input", "r", block)), _ring(name, block)
         )
+    yield _structure(dialect, "HOTGAUGE_BARS", words, select(REGISTERS, "input", "r", "bars"))
     yield _structure(dialect, "HOTGAUGE_SET_POINTS", "holding registers", select(REGISTERS, "holding", "rw"))
     yield _structure(dialect, "HOTGAUGE_ALARMS", "coils", select(REGISTERS, "coil", "r"))
     yield _structure(dialect, "HOTGAUGE_COMMANDS", "coils", select(REGISTERS, "coil", "rw"))
@@ -98,10 +99,10 @@ def constants(bits: Bits) -> list[tuple[str, int, str]]:
         By register.
     """
     named = [
-        (f"HOTGAUGE_{_short(register)}_{_constant(text)}", value, f"{register}: {text}")
+        (f"HOTGAUGE_{_short(register)}_{one.name}", int(one), f"{register}: {one.text}")
         for register, code in CODES.items()
         if register != "ingot_validity"
-        for value, text in code.texts().items()
+        for one in code
     ]
     return named + [
         (f"HOTGAUGE_{_short(register)}_BIT_{_constant(one.name.removeprefix('alarm_'))}", one.bit, one.text)

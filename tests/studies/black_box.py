@@ -64,7 +64,7 @@ def _turn(gauge, pairs, box, *, writes):
     while time.monotonic() - begun_s < TURN_S:
         pair = pairs[number % len(pairs)]
         _, elapsed_ms = gauge.measure(*pair.pictures)
-        box.add(dataclasses.replace(pair, exposed_monotonic_s=time.monotonic()), dict)
+        box.add(dataclasses.replace(pair, exposed_monotonic_s=time.monotonic()), list)
         elapsed.append(elapsed_ms)
         if writes and number % 4 == 0:
             box.keep(f"request {number}")

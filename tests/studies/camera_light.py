@@ -52,9 +52,11 @@ def run(case):
     pairs = [setup.pair(frame) for frame in range(coding.frames)]
     pictures = [coding.sent([pair[side] for pair in pairs]) for side in (0, 1)]
     measured = measured_response(seed, setup, coding)
-    served = told(Gauge(replace(rig, response=measured.curve)).measure(*pictures), setup.diameter_mm)
+    served = told(Gauge(replace(rig, response=measured.curve), 0.0).measure(*pictures), setup.diameter_mm)
     shown = [SentPicture.of(picture.shown) for picture in pictures]
-    before = told(Gauge(replace(rig, response=nearest_name(setup.sensor.response))).measure(*shown), setup.diameter_mm)
+    before = told(
+        Gauge(replace(rig, response=nearest_name(setup.sensor.response)), 0.0).measure(*shown), setup.diameter_mm
+    )
     return {**served, "before": before, "response": [round(float(one), 4) for one in measured.curve.parameters]}
 
 

@@ -207,6 +207,7 @@ class RecordingSource:
             exposed_utc_ms=utc_ms(moment_s),
             dropped=self._pacer.dropped,
             repeated=repeated,
+            stamped=self._stamps.measured,
             stretch=self._laps.stretch,
         )
 
@@ -218,6 +219,11 @@ class _Stamps:
         self._path = folder / STAMPS_FILE
         self._rate_hz = rate_hz
         self._table = read_stamps(folder) if self._path.is_file() else None
+
+    @property
+    def measured(self) -> bool:
+        """Whether they are those of `timestamps.csv`."""
+        return self._table is not None
 
     def moments(self, numbers: Iterable[int]) -> list[int]:
         """What tells how much time lies between frames: their stamps where there are any, else their numbers."""

@@ -36,7 +36,7 @@ def add_measure(command: argparse.ArgumentParser) -> None:
     for room in ROOMS:
         room.add_options(command)
     add_archive(command)
-    command.add_argument("--plot", type=Path, metavar="DIR", help="folder for plots of virtual-board or conveyor")
+    command.add_argument("--plot", type=Path, metavar="DIR", help="folder for plots")
     command.add_argument(
         "--config", type=Path, metavar="FILE", help="settings whose target and tolerances the readings are judged by"
     )
@@ -69,9 +69,12 @@ def measure_recording(given: argparse.Namespace) -> list[str]:
 
     if given.rig is None and brings_settings(given.recording):
         return measure_black_box(given.recording, given.output)
+    room = ROOM_BY_METHOD[given.method]
     settings = settings_file.load(given.config)
+    if given.config is not None and given.ovality is None and "ovality" in room.options and given.method == "tangent":
+        given.ovality = settings.sizing.ovality_mm
     judge = row_judge(SetPoints.from_settings(settings.sizing.set_points), settings.judging)
-    return ROOM_BY_METHOD[given.method].run(given, judge)
+    return room.run(given, judge)
 
 
 def _refuse_others(given: argparse.Namespace, room: Measuring) -> None:

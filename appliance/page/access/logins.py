@@ -2,6 +2,7 @@
 
 import hashlib
 import secrets
+import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -59,6 +60,7 @@ class Logins:
         self._idle_max_s = 60 * idle_max_min
         self._clock = clock
         self._logins: dict[bytes, Login] = {}
+        self._one_at_a_time = threading.Lock()
 
     def begin(self, name: str, role: Role) -> str:
         """Begin a log-in: the secret that its browser keeps, always a new one.
@@ -70,9 +72,10 @@ class Logins:
         """
         now_s = self._clock()
         secret = secrets.token_urlsafe(32)
-        if len(self._logins) >= LOGINS_MAX:
-            del self._logins[min(self._logins, key=lambda key: self._logins[key].acted_s)]
-        self._logins[_key(secret)] = Login(name, role, now_s, now_s)
+        with self._one_at_a_time:
+            if len(self._logins) >= LOGINS_MAX:
+                del self._logins[min(self._logins, key=lambda key: self._logins[key].acted_s)]
+            self._logins[_key(secret)] = Login(name, role, now_s, now_s)
         return secret
 
     def find(self, secret: str, *, acts: bool) -> Login | None:
@@ -98,7 +101,8 @@ class Logins:
 
     def end(self, secret: str) -> None:
         """End a log-in, if there is one."""
-        self._logins.pop(_key(secret), None)
+        with self._one_at_a_time:
+            self._logins.pop(_key(secret), None)
 
 
 def _key(secret: str) -> bytes:

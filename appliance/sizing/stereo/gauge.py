@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from appliance.cameras.source import FramePair
 from appliance.processes.preview import Line, Lines
 from appliance.sizing.stereo.edge_model import load_edge_model
 from appliance.sizing.stereo.rig_file import RigError, load_rig
@@ -85,12 +86,43 @@ class TimedGauge(Generic[Reading_co]):
         RigError
             The pictures do not have the size that the rig was calibrated with.
         """
+        readings, elapsed_ms = self._timed(lambda *pictures: (self._gauge.measure(*pictures),), left, right)
+        return readings[0], elapsed_ms
+
+    def measure_bars(
+        self, left: SentPicture | Codes, right: SentPicture | Codes, *, synchronous: bool = False
+    ) -> tuple[tuple[Reading_co, ...], float]:
+        """Measure one pair: a reading for each bar side by side, from smaller x, and computing time, ms.
+
+        Parameters
+        ----------
+        left, right : SentPicture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
+        synchronous : bool
+            Whether time stamps prove that both cameras exposed together.
+
+        Raises
+        ------
+        RigError
+            As in `measure`.
+        """
+        of_bars = getattr(self._gauge, "measure_bars", None)  # a gauge of one bar has none
+        if of_bars is None:
+            return self._timed(lambda *pictures: (self._gauge.measure(*pictures),), left, right)
+        return self._timed(partial(of_bars, synchronous=synchronous), left, right)
+
+    def measure_exposed(self, exposed: FramePair) -> tuple[tuple[Reading_co, ...], float]:
+        """Measure an exposure with what its time stamps tell; see `measure_bars`."""
+        return self.measure_bars(*exposed.pictures, synchronous=exposed.synchronous)
+
+    def _timed(
+        self, measure: Callable[..., tuple[Reading_co, ...]], left: SentPicture | Codes, right: SentPicture | Codes
+    ) -> tuple[tuple[Reading_co, ...], float]:
         pictures = SentPicture.of(left), SentPicture.of(right)
         self._check_size("left", self._rig.left.image_size, pictures[0].size)
         self._check_size("right", self._rig.right.image_size, pictures[1].size)
         started_s = time.perf_counter()
-        reading = self._gauge.measure(*pictures)
-        return reading, 1000 * (time.perf_counter() - started_s)
+        readings = measure(*pictures)
+        return readings, 1000 * (time.perf_counter() - started_s)
 
     @property
     def aligned_pair(self) -> AlignedPair | None:
@@ -151,20 +183,20 @@ class RouteV(NamedTuple):
 USUAL_ROUTE_V = RouteV()
 
 
-def rig_file_gauge(path: Path, ovality_mm: float, route_v: RouteV = USUAL_ROUTE_V) -> StationGauge:
+def rig_file_gauge(path: Path, ovality_mm: float | None, route_v: RouteV = USUAL_ROUTE_V) -> StationGauge:
     """Make the gauge of a rig file; raises `RigError` as `load_rig` and `TimedGauge` do.
 
     Parameters
     ----------
     path : Path
-    ovality_mm : float
-        Largest ovality of the product: greatest minus least width of a cross section.
+    ovality_mm : float or None
+        Largest ovality of the product: greatest minus least width of a cross section; None: what is usual.
     route_v : RouteV
     """
     return pair_gauge(load_rig(path), str(path), ovality_mm, route_v)
 
 
-def pair_gauge(rig: Rig, name: str, ovality_mm: float, route_v: RouteV = USUAL_ROUTE_V) -> StationGauge:
+def pair_gauge(rig: Rig, name: str, ovality_mm: float | None, route_v: RouteV = USUAL_ROUTE_V) -> StationGauge:
     """Make the gauge of a rig, by both routes; raises `RigError` as `TimedGauge` does, and `EdgeModelError`.
 
     Parameters
@@ -172,8 +204,8 @@ def pair_gauge(rig: Rig, name: str, ovality_mm: float, route_v: RouteV = USUAL_R
     rig : Rig
     name : str
         File or camera of the rig, for error sentences.
-    ovality_mm : float
-        Largest ovality of the product: greatest minus least width of a cross section.
+    ovality_mm : float or None
+        Largest ovality of the product: greatest minus least width of a cross section; None: what is usual.
     route_v : RouteV
     """
     forest = None if route_v.edge_model is None else load_edge_model(route_v.edge_model)

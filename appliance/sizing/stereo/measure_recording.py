@@ -7,20 +7,25 @@ from pathlib import Path
 from tqdm import tqdm
 
 from appliance.cameras.recording.pairs import Recording, read_stamps
+from appliance.cameras.source import together
 from appliance.files.atomic_file import whole_file
 from appliance.files.row_writer import row_writer
 from appliance.sizing.reading_rows import COLUMNS, Judge, ReadingRows, unjudged
 from appliance.sizing.stereo.gauge import Measures, TimedGauge
 from appliance.sizing.stereo.plots import Plots
 from appliance.sizing.stereo.rig_file import RigError, load_rig
+from appliance.sizing.stereo.served_plots import ServedPlots
 from appliance.sizing.summary import Summary
 from vision.calibration.rig import Rig
 from vision.readings import SizeReading
 from vision.sizing.gauge import Gauge
+from vision.sizing.side_by_side import SideBySide
 from vision.sizing.virtual_board.reading import VirtualBoardReading
 
 AnyGauge = TimedGauge[SizeReading | VirtualBoardReading]
 
+TANGENT = "tangent"
+FRAME_PERIOD_US = 40_000  # of a recording without time stamps; gaps between bars are told by it
 FRAMES_TRIED = 5  # with left and right exchanged, where no frame has a value
 
 
@@ -48,7 +53,7 @@ def measure_recording(
     judge : callable
         Compares each reading with what is wanted.
     plots : Path, optional
-        Folder for plots of route V alone.
+        Folder for plots.
 
     Raises
     ------
@@ -62,25 +67,40 @@ def measure_recording(
         `output` cannot be written, or the folder of plots not made.
     """
     drawing = Plots(plots) if plots is not None else None
+    served = ServedPlots(plots) if plots is not None else None
     calibrated = load_rig(rig)
     gauge = AnyGauge(calibrated, str(rig), make)
-    rows, summary = ReadingRows(judge), Summary()
+    rows, summary, passing = ReadingRows(judge), Summary(), SideBySide()
     with contextlib.closing(Recording(recording)) as frames, whole_file(output) as file:
         write = row_writer(output, file, COLUMNS)
         stamps = read_stamps(recording)
         for frame, left, right in tqdm(frames, unit="frame", disable=None):
-            reading, elapsed_ms = gauge.measure(left, right)
-            if isinstance(reading, VirtualBoardReading):
-                if drawing is not None:
-                    drawing.add(frame, reading, gauge.aligned_pair)
-                reading = reading.size_reading()
-            values = rows.row(frame, reading, elapsed_ms, stamps.get(frame, (None,))[0])
-            summary.add(reading, values["decision"])
-            write(values)
+            stamp = stamps.get(frame)
+            synchronous = stamp is not None and together(*stamp)
+            measured, elapsed_ms = gauge.measure_bars(left, right, synchronous=synchronous)
+            moment_us = stamp[0] if stamp else frame * FRAME_PERIOD_US
+            readings = passing.add([_size_reading(frame, one, gauge, drawing) for one in measured], moment_us / 1e6)
+            for bar, reading in enumerate(readings):
+                values = rows.row(frame, reading, elapsed_ms, stamp and stamp[0], bar=bar)
+                summary.add(reading, values["decision"])
+                if served is not None and reading.method == TANGENT:
+                    served.add(frame, reading, values)
+                write(values)
         cause = _exchanged(frames, AnyGauge(calibrated, str(rig), make)) if summary.says_nothing else ""
-    if drawing is not None:
+    if drawing is not None and served is not None:
         drawing.write()
+        served.write()
     return summary.lines(cause)
+
+
+def _size_reading(
+    frame: int, reading: SizeReading | VirtualBoardReading, gauge: AnyGauge, drawing: Plots | None
+) -> SizeReading:
+    if isinstance(reading, SizeReading):
+        return reading
+    if drawing is not None:
+        drawing.add(frame, reading, gauge.aligned_pair)
+    return reading.size_reading()
 
 
 def _exchanged(frames: Recording, gauge: AnyGauge) -> str:

@@ -8,8 +8,9 @@ from appliance.sizing.measuring import Measuring
 from appliance.sizing.reading_rows import Judge
 from appliance.sizing.stereo.route_options import PRINTED_OPTIONS, add_route_options
 
+MOST_OVALITY_MM = 20.0  # as the setting sizing.ovality_mm allows
 OWN_OPTIONS = {
-    "tangent": frozenset[str](),
+    "tangent": frozenset({"ovality", "plot"}),
     "virtual-board": frozenset({*PRINTED_OPTIONS, "fusion", "plot"}),
     "one-camera": frozenset({*PRINTED_OPTIONS, "side", "plane_mm", "plot"}),
 }
@@ -22,11 +23,14 @@ class StereoMeasuring(Measuring):
     text: ClassVar[str] = (
         "tangent unless given; virtual-board and one-camera (on the plane of its board) are the dissertation's, alone"
     )
-    options: ClassVar[tuple[str, ...]] = ("rig", "plot", *PRINTED_OPTIONS, "fusion", "side", "plane_mm")
+    options: ClassVar[tuple[str, ...]] = ("rig", "plot", *PRINTED_OPTIONS, "fusion", "side", "plane_mm", "ovality")
 
     def add_options(self, command: argparse.ArgumentParser) -> None:
         """Declare edge detector, fusion, and the dissertation's ways and numbers."""
         add_route_options(command)
+        command.add_argument(
+            "--ovality", type=_length, metavar="MM", help="greatest minus least width of a section; 0.6 %% unless given"
+        )
         command.add_argument(
             "--fusion", metavar="NAME", help="views of virtual-board in one picture, none unless given"
         )
@@ -42,6 +46,8 @@ class StereoMeasuring(Measuring):
 
         if given.rig is None:
             raise CommandError("--rig: the rig file of these cameras is missing; make it with hotgauge calibrate")
+        if given.method != "tangent" and given.ovality is not None:
+            raise CommandError(f"--ovality: {given.method} has no part for it; leave it out")
         for option in OWN_OPTIONS["virtual-board"] | OWN_OPTIONS["one-camera"]:
             if option not in OWN_OPTIONS[given.method] and getattr(given, option) is not None:
                 others = [name for name, own in OWN_OPTIONS.items() if option in own]
@@ -49,3 +55,10 @@ class StereoMeasuring(Measuring):
                 raise CommandError(f"--{option.replace('_', '-')}: {who}; add --method {others[0]}")
         make = gauge_of(given)
         return measure_recording(given.recording, given.rig, given.output, make, judge=judge, plots=given.plot)
+
+
+def _length(text: str) -> float:
+    number = float(text)
+    if not 0 <= number <= MOST_OVALITY_MM:
+        raise ValueError
+    return number

@@ -56,6 +56,8 @@ class Plots:
 
     def write(self) -> None:
         """Draw `windows_NNNNNN.png` of up to eight frames, `frames.png` and `alignment.png`."""
+        if not self._readings:
+            return
         with_windows = [pair for pair in self._readings if pair[1].windows_kept]
         count = min(WINDOW_PLOTS, len(with_windows))
         for place in range(count):

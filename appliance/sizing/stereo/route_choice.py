@@ -66,7 +66,7 @@ def parameters(given: argparse.Namespace, corrected: Corrections) -> Parameters:
 def gauge_of(given: argparse.Namespace) -> Callable[[Rig], Measures[SizeReading | VirtualBoardReading]]:
     """What makes the gauge of a command line from a rig."""
     if given.method == "tangent":
-        return Gauge
+        return partial(Gauge, ovality_mm=given.ovality)
     corrected = corrections(given)
     shared = {"corrections": corrected, "edges": edge_options(given), "parameters": parameters(given, corrected)}
     if given.method == "virtual-board":

@@ -84,7 +84,8 @@ class SizingSettings(SizingMethod):
         if calibrate is None:
             raise RigError(NO_RIG_SENTENCE)
         on_usable()
-        return pair_gauge(calibrate(), f"rig of {self.camera.in_words}", self.ovality_mm, self._route_v)
+        # a camera that brings its own rig is the simulated mill, whose bars are round
+        return pair_gauge(calibrate(), f"rig of {self.camera.in_words}", self.ovality_mm or 0.0, self._route_v)
 
     def with_recording(self, recording: Path, rig: Path | None) -> Self:
         """Copy the settings with a recording and its rig; see `SizingMethod.with_recording`."""

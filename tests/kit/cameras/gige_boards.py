@@ -4,6 +4,7 @@ python gige_boards.py BOARDS OUTPUT
 """
 
 import contextlib
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -27,10 +28,10 @@ apart_max_us = 60000
 
 
 @contextlib.contextmanager
-def gige_camera(serial, folder, held_s):
+def gige_camera(serial, folder, held_s, log=os.devnull):
     address, side = CAMERAS[serial]
     script = Path(__file__).with_name("gige_camera.py")
-    words = [sys.executable, script, address, serial, "--show", folder / side, str(held_s)]
+    words = [sys.executable, script, address, serial, "--show", folder / side, str(held_s), "--log", log]
     with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         try:
             assert process.stdout.readline() == "ready\n"

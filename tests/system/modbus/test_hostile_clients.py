@@ -192,7 +192,7 @@ def test_a_ring_is_read_whole_or_in_part_in_both_tables(server, wire, function):
     assert wire.ask(read(function, 420, 100))[2:] == image.ingot_ring
     assert wire.ask(read(function, 300, 1))[2:] == b"\0\x09"
     assert wire.ask(read(function, 308, 2))[2:] == struct.pack(">f", 250.0)
-    for start, count in ((520, 1), (519, 107), (65535, 1)):
+    for start, count in ((624, 1), (623, 107), (65535, 1)):
         assert wire.ask(read(function, start, count)) == exception(function, 2)
 
 

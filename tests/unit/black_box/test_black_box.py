@@ -43,7 +43,7 @@ def pair(number: int, moment_s: float = 0.0, *, rows: int = ROWS, sent=None) -> 
 
 
 def kept(exposed, **row) -> KeptExposure:
-    return KeptExposure(exposed, lambda: dict(row))
+    return KeptExposure(exposed, lambda: [dict(row)])
 
 
 PAIR_BYTES = 2 * ROWS * COLUMNS * 3
@@ -159,7 +159,9 @@ def recordings(folder: Path) -> list[Path]:
 
 def fill(box: BlackBox, count: int = 3) -> None:
     for number in range(count):
-        box.add(pair(number, time.monotonic()), lambda number=number: {"frame": number, "diameter_mm": 100.0 + number})
+        box.add(
+            pair(number, time.monotonic()), lambda number=number: [{"frame": number, "diameter_mm": 100.0 + number}]
+        )
 
 
 def test_a_cause_writes_pictures_readings_time_stamps_and_what_measured_them(boxes, tmp_path):
@@ -185,7 +187,7 @@ def test_what_follows_the_cause_is_in_the_recording_too(boxes, tmp_path, monkeyp
     fill(box, 1)
     box.keep("request")
     time.sleep(0.1)
-    box.add(pair(9, time.monotonic()), dict)
+    box.add(pair(9, time.monotonic()), list)
     assert eventually(lambda: recordings(tmp_path / "box"), 5)
     assert len(list(Recording(recordings(tmp_path / "box")[0]))) == 2
 

@@ -335,7 +335,7 @@ def test_readings_are_judged_by_the_settings_and_stamped_by_the_recording(mill_f
     assert [row["time_us"] for row in rows] == ["1000", "51000", "101000"]
     assert rows[0]["decision"] == "in"
     assert abs(float(rows[0]["deviation_mm"])) < 0.3
-    assert rows[0]["bar"] == "1"
+    assert (rows[0]["bar"], rows[0]["bar_number"]) == ("0", "1")
     assert "decision: in in" in capsys.readouterr().out
 
 

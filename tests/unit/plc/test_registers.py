@@ -266,7 +266,12 @@ def test_what_is_encoded_is_decoded_in_either_word_order(values, word_order):
 
 
 def all_decoded(image: ProcessImage, word_order: str) -> dict[str, float | int | None]:
-    contents = {"measurement": image.words, "reading_ring": image.reading_ring, "ingot_ring": image.ingot_ring}
+    contents = {
+        "measurement": image.words,
+        "reading_ring": image.reading_ring,
+        "ingot_ring": image.ingot_ring,
+        "bars": image.bars,
+    }
     decoded = {}
     for block, data in contents.items():
         words = struct.unpack(f">{len(data) // 2}H", data)

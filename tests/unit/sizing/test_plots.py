@@ -81,3 +81,17 @@ def test_a_conveyor_without_any_bar_is_drawn_too(tmp_path):
     words = ["measure", str(tmp_path / "thermal"), "--method", "conveyor", "--barrier-mm", "500"]
     assert cli.main([*words, "--output", str(tmp_path / "x.csv"), "--plot", str(tmp_path / "plots")]) == 0
     assert len(list((tmp_path / "plots").iterdir())) == 2
+
+
+def test_the_served_method_is_drawn_with_its_uncertainty_its_decisions_and_its_parts(line, tmp_path):
+    config = tmp_path / "wanted.toml"
+    config.write_text("[sizing.set_points]\ntarget_mm = 100\ntolerance_plus_mm = 1\ntolerance_minus_mm = 1\n")
+    plots = tmp_path / "plots"
+    options = ["--config", str(config), "--plot", str(plots)]
+    assert measure(line, "--output", str(tmp_path / "t.csv"), *options) == 0
+    pictures = {path.name: cv2.imread(str(path)).astype(int) for path in plots.iterdir()}
+    assert pictures.keys() == {"diameter.png", "uncertainty.png"}
+    out_of_tolerance = (np.abs(pictures["diameter.png"] - (0x00, 0x5E, 0xD5)) < 3).all(axis=2)
+    assert out_of_tolerance.sum() > 50
+    print_of_the_board = (np.abs(pictures["uncertainty.png"] - (0x73, 0x9E, 0x00)) < 3).all(axis=2)
+    assert print_of_the_board.sum() > 1000

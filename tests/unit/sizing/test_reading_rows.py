@@ -29,7 +29,7 @@ def test_numbers_are_rounded_to_what_is_meaningful_and_nan_is_nothing():
 def test_frames_that_show_a_bar_without_a_gap_have_one_number():
     rows = ReadingRows()
     readings = [EMPTY, bar(), SizeReading(reasons=Reason.FIT_FAILED), bar(), EMPTY, EMPTY, bar(), EMPTY]
-    assert [rows.row(n, reading, 1.0)["bar"] for n, reading in enumerate(readings)] == [
+    assert [rows.row(n, reading, 1.0)["bar_number"] for n, reading in enumerate(readings)] == [
         None, 1, 1, 1, None, None, 2, None,
     ]  # fmt: skip
 
