@@ -70,6 +70,15 @@ class Gauge:
         self._tangent = TangentGauge(rig, ovality_mm)
         self._virtual_board = VirtualBoardGauge(rig, edges=edges, fusion=fusion)
 
+    @property
+    def carried(self) -> tuple[float, float]:
+        """What the next frame gets of the earlier ones; see `VirtualBoardGauge.carried`."""
+        return self._virtual_board.carried
+
+    def resume(self, carried: tuple[float, float]) -> None:
+        """Go on as the gauge would whose `carried` this was; see `VirtualBoardGauge.resume`."""
+        self._virtual_board.resume(carried)
+
     def measure(self, left: SentPicture | Codes, right: SentPicture | Codes) -> SizeReading:
         """Diameter of the bar in one pair of pictures: route T's, judged by route V's.
 
@@ -114,6 +123,18 @@ class Gauge:
         pictures = checked_pair(self._rig, left, right)
         outlines = self._tangent.outlines(*pictures)
         motions = self._motions(*pictures)
+        readings = self._readings(pictures, outlines, motions, synchronous=synchronous)
+        moved_px = float(np.fmax(motions[0].moved_px, motions[1].moved_px))
+        return tuple(replace(reading, marks_moved_px=moved_px) for reading in readings)
+
+    def _readings(
+        self,
+        pictures: tuple[SentPicture, SentPicture],
+        outlines: tuple[list[Outline], list[Outline]],
+        motions: tuple[MarksMotion, MarksMotion],
+        *,
+        synchronous: bool,
+    ) -> tuple[SizeReading, ...]:
         moved = _reasons_of_move(max(np.nan_to_num([motion.moved_px for motion in motions])))
         found = one_bar(outlines)
         if isinstance(found, Reason) and Reason.SEVERAL_BARS not in found:
