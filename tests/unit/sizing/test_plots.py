@@ -89,7 +89,7 @@ def test_a_conveyor_without_any_bar_is_drawn_too(tmp_path):
 
 def test_the_served_method_is_drawn_with_its_uncertainty_its_decisions_and_its_parts(line, tmp_path):
     config = tmp_path / "wanted.toml"
-    config.write_text("[sizing.set_points]\ntarget_mm = 100\ntolerance_plus_mm = 1\ntolerance_minus_mm = 1\n")
+    config.write_text("[sizing.set_points]\ntarget_mm = 100\ntolerance_plus_mm = 4\ntolerance_minus_mm = 4\n")
     plots = tmp_path / "plots"
     options = ["--config", str(config), "--plot", str(plots)]
     assert measure(line, "--output", str(tmp_path / "t.csv"), *options) == 0
