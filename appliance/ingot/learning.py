@@ -40,7 +40,8 @@ class Learning:
     """
 
     def __init__(self, references: Path, classifier: ClassifierName, confirmation: Confirmation) -> None:
-        self._references, self._confirmation = references, confirmation
+        self._references = references
+        self._confirmation: Confirmation = confirmation
         self._number = current_number(references)
         self._learner = ReferenceLearner(pair(references, 0), pair(references, self._number), classifier)
         self._agreement = Agreement()
