@@ -33,6 +33,7 @@ class Reason(enum.IntFlag):
     BARRIER_HEIGHT = 1 << 19
     POOR_ALIGNMENT = 1 << 20
     BOARD_HELD = 1 << 21
+    ADJUSTED = 1 << 22
     UNCERTAINTY_UNKNOWN = 1 << 23
     ROUTES_DISAGREE = 1 << 24
     CALIBRATION_DUE = 1 << 25
@@ -90,6 +91,7 @@ REASONS: tuple[ReasonRow, ...] = (
     ReasonRow(Reason.BARRIER_HEIGHT, False, "the barriers' faces contradict the heights that are given; do they hang?"),
     ReasonRow(Reason.POOR_ALIGNMENT, False, "the outlines overlap worse than a round bar's do on this rig"),
     ReasonRow(Reason.BOARD_HELD, False, "without a bar the virtual board stays at its last height"),
+    ReasonRow(Reason.ADJUSTED, False, "a known error of the gauge was taken off (sizing.adjustment)"),
     ReasonRow(Reason.UNCERTAINTY_UNKNOWN, False, "how far the value may be wrong is not known; it has no trust"),
     ReasonRow(Reason.ROUTES_DISAGREE, False, "two routes, or two places along the bar, differ by more than U allows"),
     ReasonRow(Reason.CALIBRATION_DUE, False, "a camera has moved since its calibration; calibrate again"),
