@@ -35,7 +35,7 @@ idle_after_s = 120
 kind = "mill"
 seed = 5
 rate_hz = 4
-prepared_frames = 80
+prepared_frames = 40
 [sizing.set_points]
 target_mm = 120.0
 tolerance_plus_mm = 2.0

@@ -8,6 +8,7 @@ import pytest
 from ingot_recording import BOTTOM, EMPTY, write_recording
 
 from appliance.cli.main import main
+from appliance.ingot.annotated_pictures import COLOURS, LEGEND_PX
 
 FRAME_KEYS = [
     "frame", "present", "orientation", "ssim_top", "ssim_bottom", "center_x", "center_y", "radius", "reasons",
@@ -86,7 +87,9 @@ def test_plot_writes_a_picture_per_frame_and_a_strip_of_the_ends(recording, reco
     found = sum(bool(line.get("present")) for line in rows(tmp_path / "out"))
     assert len(list((tmp_path / "plot").glob("*.jpg"))) == len(list(recording.iterdir()))
     strip = cv2.imread(str(tmp_path / "plot" / "ends.png"))
-    assert strip.shape == (-(-found // 12) * 70, 12 * 70, 3)
+    assert strip.shape == (-(-found // 12) * 70 + LEGEND_PX, 12 * 70, 3)
+    legend = {tuple(map(int, colour)) for colour in strip[-LEGEND_PX:].reshape(-1, 3)}
+    assert set(COLOURS.values()) <= legend
 
 
 def test_trouble_is_one_sentence_and_leaves_no_file(recording, recordings, tmp_path, capsys):
@@ -109,3 +112,24 @@ def test_trouble_is_one_sentence_and_leaves_no_file(recording, recordings, tmp_p
         assert said in sentence
         assert sentence.count("\n") == 1
     assert not (tmp_path / "out").exists()
+
+
+@pytest.fixture
+def references(recordings, tmp_path):
+    """Our own copy of the references: learning writes beside them."""
+    for name in ("top.png", "bottom.png", "roi.json"):
+        (tmp_path / name).write_bytes((recordings / "ingot_line" / name).read_bytes())
+    return tmp_path
+
+
+def test_learning_from_one_ingot_says_that_it_is_too_little_and_changes_nothing(recording, references, capsys):
+    before = {path.name: path.read_bytes() for path in references.iterdir()}
+    assert orient(recording, references, references / "out.jsonl", "--learn", "bottom") == 0
+    assert "0 references learned from 0 confirmed tops and 1 bottoms (at least 4" in capsys.readouterr().out
+    assert {name: (references / name).read_bytes() for name in before} == before
+    assert not (references / "learned").exists()
+
+
+def test_a_pair_that_nobody_learned_cannot_be_used(recording, references, capsys):
+    assert orient(recording, references, references / "out.jsonl", "--use", 3) == 2
+    assert "learned pairs are [], 0 the first one" in capsys.readouterr().err
