@@ -32,6 +32,8 @@ class Reason(enum.IntFlag):
     FEW_WINDOWS = 1 << 18
     POOR_ALIGNMENT = 1 << 20
     BOARD_HELD = 1 << 21
+    DARKER_THAN_LINE = 1 << 22
+    GAIN_CHANGED = 1 << 23
     ROUTES_DISAGREE = 1 << 24
     CALIBRATION_DUE = 1 << 25
     LIMB_HIDDEN = 1 << 26
@@ -86,6 +88,12 @@ REASONS: tuple[ReasonRow, ...] = (
     ReasonRow(Reason.FEW_WINDOWS, False, "fewer than half of the windows agree with the cylinder"),
     ReasonRow(Reason.POOR_ALIGNMENT, False, "the outlines overlap worse than a round bar's do on this rig"),
     ReasonRow(Reason.BOARD_HELD, False, "without a bar the virtual board stays at its last height"),
+    ReasonRow(
+        Reason.DARKER_THAN_LINE, False, "the bar is darker than the line: it is cold, or the camera shows hot as black"
+    ),
+    ReasonRow(
+        Reason.GAIN_CHANGED, False, "the line is darker than in its empty picture: the camera's gain is automatic"
+    ),
     ReasonRow(Reason.ROUTES_DISAGREE, False, "tangent planes and virtual board differ by more than both allow"),
     ReasonRow(Reason.CALIBRATION_DUE, False, "a camera has moved since its calibration; calibrate again"),
     ReasonRow(Reason.LIMB_HIDDEN, False, "one of the four limbs is hidden; three are measured"),

@@ -81,7 +81,9 @@ def calibrate_folder(
     left, right = (_marks(paths, pairs, side, told) for side in range(len(SIDES)))
     chosen = _response(calibration.rig, board, finder.found, told)
     rig = replace(calibration.rig, marks=(left, right), response=chosen.response)
-    return replace(calibration, rig=rig, warnings=(*calibration.warnings, *filter(None, [chosen.warning])))
+    return replace(
+        calibration, rig=rig, warnings=(*calibration.warnings, *filter(None, [chosen.warning, chosen.filter]))
+    )
 
 
 def _response(rig: Rig, board: Board, found: Mapping[Path, np.ndarray], told: ToldCoding) -> ChosenResponse:

@@ -25,6 +25,7 @@ LAG_POINTS = 4  # chosen: points of a limb this far apart, 4 px, share no blur, 
 # edge.
 NARROWING_ROUNDS, NARROWING_FACTOR, NARROWEST_FACTOR = 8, 0.7, 0.6
 LEAST_SCALE_PX = 0.02  # chosen: least scale of the biweight; a chance scatter below it would reject good points
+LEAST_FOLLOWING = 0.3  # chosen: of an estimate that follows its points more slowly, one step says too little
 LARGEST_CONDITION = 1e12  # of the scaled normal equations: beyond it the rays fix no cylinder
 
 
@@ -80,6 +81,8 @@ class CylinderFit:
         Robust standard deviation of the residuals.
     gain : ndarray of float64, shape (5, n)
         Change of the parameters, sign reversed, per mm of gap: (J' W J)^-1 J' W.
+    inwards_mm : float
+        How far the diameter would shrink if residuals inwards counted as those outwards do; one step of the fit.
     """
 
     parameters: Array
@@ -89,6 +92,7 @@ class CylinderFit:
     weight: Array
     scale_px: float
     gain: Array
+    inwards_mm: float = 0.0
 
     @property
     def diameter_mm(self) -> float:
@@ -203,11 +207,21 @@ def fit_cylinder(rays: EdgeRays, start: Array, rounds: int = 80) -> CylinderFit 
             gain = normal.solved(normal.weighted.T)
             influence = gain * gap * (weight.mean() / _slope(ratio).mean())
             covariance = _clustered_covariance(influence, rays)
-            return CylinderFit(parameters, covariance, residual_px, pixel_per_mm, weight, scale_px, gain)
+            shrinks_mm = _shrinks_mm(jacobian, gap, residual_px / scale_px, pixel_per_mm)
+            return CylinderFit(parameters, covariance, residual_px, pixel_per_mm, weight, scale_px, gain, shrinks_mm)
         step = -normal.solved(normal.weighted.T @ gap)
         parameters = parameters + step
         converged = step_number >= NARROWING_ROUNDS and bool(np.all(np.abs(step) < CONVERGED_STEP))
     return None
+
+
+def _shrinks_mm(jacobian: Array, gap: Array, ratio: Array, pixel_per_mm: Array) -> float:
+    """Change of the diameter, sign reversed, in one step of a fit that weights both sides alike."""
+    normal = _normal_equations(jacobian, _biweight(ratio) * pixel_per_mm**2)
+    if normal is None:
+        return 0.0
+    follows = _slope(ratio).mean() / _biweight(ratio).mean()  # how far one step leads to the estimate
+    return float(2 * normal.solved(normal.weighted.T @ gap)[4] / max(follows, LEAST_FOLLOWING))
 
 
 def _near_each_other(rays: EdgeRays) -> NDArray[np.bool_]:

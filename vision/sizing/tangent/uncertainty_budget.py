@@ -74,7 +74,8 @@ def uncertainty_budget(
     Budget
         `edge`: scatter of the points, correlation within windows counted. `calibration`: the rig's covariance,
         propagated through the fit. `board`: the board's scale. `light`: the camera's response and overexposed
-        points. `shape`: a section that is not round. `model`: limbs that lie off as a whole.
+        points. `shape`: a section that is not round. `model`: limbs that lie off as a whole, what the greater doubt
+        in residuals inwards is worth, as a rectangular distribution, and an axis that is not over the rollers.
     """
     reach_mm = np.array([_reach_mm(fit, points, limb) for limb in range(len(limbs))])
     shift_px = np.array([_response_shift_px(one, rig.response) for one in limbs])  # one column for each doubt
@@ -88,7 +89,9 @@ def uncertainty_budget(
         # response and overexposure move all limbs the same way, a limb's own fault only that limb
         light_mm=float(np.linalg.norm([*(reach_mm @ shift_px), reach_mm @ clipped_px, reach_mm @ compression_px])),
         shape_mm=ovality_mm / (2 * math.sqrt(3)),
-        model_mm=float(np.hypot(np.linalg.norm(reach_mm * off_px), _off_rollers_mm(fit, rig))),
+        model_mm=float(
+            np.linalg.norm([*(reach_mm * off_px), fit.inwards_mm / math.sqrt(3), _off_rollers_mm(fit, rig)])
+        ),
     )
 
 

@@ -165,9 +165,8 @@ class HalfLevel:
         at = np.flatnonzero(np.isfinite(edges.near(better)))
         profile, middle = self._profiles(plane, better, at)
         crossings = _shaded_crossings(profile, at, blur_px)
-        inwards_px, _ = compression_shift_px(
-            self.region.raw.coding, self.decoder.response, (crossings.dark, crossings.bright), blur_px
-        )
+        levels = crossings.dark, crossings.bright
+        inwards_px, _ = compression_shift_px(self.region.raw.coding, plane, levels, blur_px)
         middle += self.side * inwards_px
         return self._limb(crossings, at, middle, edges, plane.clipped_light)
 
