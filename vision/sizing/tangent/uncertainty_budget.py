@@ -5,12 +5,11 @@ from dataclasses import astuple, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
 from vision.calibration.bundle_adjustment import N_CAMERA, project_with_slopes
 from vision.calibration.rig import Rig
 from vision.geometry.camera import CAMERA_PARAMETERS
-from vision.light import Response, half_level_share
+from vision.light import half_level_doubts_px
 from vision.sizing.tangent.cylinder_fit import CylinderFit, touched_points
 from vision.sizing.tangent.edge_points import EdgePoints
 from vision.sizing.tangent.limb_finder import LimbPoints
@@ -78,7 +77,9 @@ def uncertainty_budget(
         in residuals inwards is worth, as a rectangular distribution, and an axis that is not over the rollers.
     """
     reach_mm = np.array([_reach_mm(fit, points, limb) for limb in range(len(limbs))])
-    shift_px = np.array([_response_shift_px(one, rig.response) for one in limbs])  # one column for each doubt
+    shift_px = np.array(
+        [half_level_doubts_px(rig.response, (one.dark, one.bright), one.blur_px) for one in limbs]
+    )  # one column for each doubt
     compression_px = np.array([one.u_compression_px for one in limbs])
     clipped_px = np.array([max(CLIPPED_SHIFT_PX * one.clipped_share, one.is_guess * GUESS_SHIFT_PX) for one in limbs])
     off_px = np.array([_off_px(fit, points, index, limb) for index, limb in enumerate(limbs)])
@@ -99,13 +100,6 @@ def _reach_mm(fit: CylinderFit, points: EdgePoints, limb: int) -> float:
     """Growth of the diameter when a whole limb moves outwards by one pixel."""
     mine = points.limb == limb
     return float(-2 * np.sum(fit.gain[4, mine] / fit.pixel_per_mm[mine]))
-
-
-def _response_shift_px(limb: LimbPoints, response: Response) -> Array:
-    """How far half level moves for each doubt of the camera's response, shape (doubts,)."""
-    dark, bright = np.median(limb.dark), np.median(limb.bright)
-    share = half_level_share(response, np.array([max(dark, 0.0)]), np.array([bright]))[0]
-    return limb.blur_px * special.ndtri(np.clip(0.5 + share, 0.01, 0.99))
 
 
 def _off_rollers_mm(fit: CylinderFit, rig: Rig) -> float:
