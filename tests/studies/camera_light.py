@@ -24,7 +24,7 @@ TEXT = (
     "of the three responses that a user could name. The response: how far half level of a bar's edge is off under it, "
     "its own standard uncertainty, and what is said of one of the three names when board.json tells it."
 )
-SEEDS = 300
+SEEDS = 24
 SAMPLE = 1  # a seed has four to six codings
 CONDITIONS = ("clean", "scale", "rollers")
 GROUPS = (

@@ -1,9 +1,10 @@
-"""Whether a camera smooths or sharpens its pictures after it has coded light, seen on the boards.
+"""Whether a camera smooths or sharpens its pictures, seen on the boards.
 
 A sharpened edge overshoots its plateaus, a blurred one never does. In pictures without loss the sensor's noise is new
-in every pixel: smoothing makes neighbours alike, sharpening makes them unlike. A filter moves a board's edge as it
-moves a bar's, by the same share of the way to the middle of the code values, so that the response that is measured with
-it in place makes up for it (docs/studies/camera_light.json).
+in every pixel: smoothing makes neighbours alike, sharpening makes them unlike. Noise does not tell whether light or
+code values were filtered. A filter of code values moves a board's edge as it moves a bar's, by the same share of the
+way to the middle of the code values, so that the response that is measured with it in place makes up for it; one of
+light moves neither (docs/studies/camera_light.json).
 """
 
 from collections.abc import Sequence
@@ -38,8 +39,8 @@ def filter_warning(pictures: Sequence[tuple[BoardEdges, Coding]], overshoot: flo
         return ""
     kind = "smooths" if overshoot <= LEAST_OVERSHOOT and correlation > 0 else "sharpens"
     return (
-        f"the camera {kind} its pictures ({seen}); the measured response makes up for it, so take boards and bars with "
-        "the same setting, or switch the filter off"
+        f"the camera {kind} its pictures ({seen}); a response measured with the filter makes up for it, so take boards "
+        "and bars with the same setting, or switch the filter off"
     )
 
 

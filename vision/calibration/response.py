@@ -334,8 +334,7 @@ def chosen_response(told: NamedResponse | None, measured: MeasuredResponse | Non
     Parameters
     ----------
     told : {"srgb", "linear", "gamma 2.2"} or None
-        Used where the pictures do not contradict it and show no filter: a standard is then known better than they
-        can tell, but does not make up for what a camera's filter does to edges.
+        Used where the pictures do not contradict it: a standard is then known better than they can tell.
     measured : MeasuredResponse or None
         Used without `told`, and against it where a bar's edge would lie elsewhere by more than
         `CONTRADICTION_PX` and by more than three times the standard uncertainty.
@@ -349,8 +348,7 @@ def chosen_response(told: NamedResponse | None, measured: MeasuredResponse | Non
         return ChosenResponse(UNKNOWN_RESPONSE, untold) if told is None else ChosenResponse(told)
     off_px, u_px = (0.0, 0.0) if told is None else edge_shift_px(told, measured.curve)
     if abs(off_px) <= max(CONTRADICTION_PX, 3 * u_px):
-        agreed = measured.curve if told is None or measured.filter else told
-        return ChosenResponse(agreed, filter=measured.filter)
+        return ChosenResponse(measured.curve if told is None else told, filter=measured.filter)
     way = "outwards" if off_px > 0 else "inwards"
     return ChosenResponse(
         measured.curve,
