@@ -27,7 +27,7 @@ LEVELS = ((0.02, 0.9), (0.03, 0.42), (0.05, 0.25))
 BAR = np.array([0.06, 0.33, 1.0])  # blue and green of a red-hot bar, over red
 EXPONENTS = (1.6, 2.4)
 BLURS_PX = (0.65, 0.8, 1.0, 1.25)
-SIZE_PX, PICTURES, FRAMES, NOISE = 160, 16, 3, 0.01
+SIZE_PX, PICTURES, FRAMES, NOISE = 160, 8, 3, 0.01
 BINS_PER_PX, REACH_PX = 4, 8
 LEAST_U = 0.002
 

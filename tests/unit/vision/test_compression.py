@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from studies.compression import LEVELS, run
 
-from vision.compression import U_SHARE, code_smoothing, compression_shift_px, quantiser_step
+from vision.compression import U_JPEG_SHARE, code_smoothing, compression_shift_px, quantiser_step
 from vision.light_planes import Decoder
 from vision.sent_picture import Coding
 
@@ -47,7 +47,7 @@ def test_the_share_is_libjpegs(level):
     case = {"coder": "jpeg", "quality": 75, "exponent": 2.4, "dark": level[0], "bright": level[1], "blur_px": 0.8}
     row = run(case)
     share, _ = code_smoothing(JPEG, row["step_codes"], 0.8)
-    assert abs(row["share"] - share) <= 2 * np.hypot(row["u_share"], U_SHARE * share)
+    assert abs(row["share"] - share) <= 2 * np.hypot(row["u_share"], U_JPEG_SHARE * share)
 
 
 def test_no_edge_moves_nothing():
