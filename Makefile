@@ -8,7 +8,7 @@ SHELL := /bin/bash
 VENV := .venv
 BIN := $(VENV)/bin
 CONTRIB := .venv-contrib
-TEST_PATH := tests:tests/kit/cameras:tests/kit/clients:tests/kit/comparisons:tests/kit/pictures:tests/kit/stations  # as pytest's in pyproject.toml
+TEST_PATH := tests:tests/kit/cameras:tests/kit/clients:tests/kit/comparisons:tests/kit/inputs:tests/kit/pictures:tests/kit/stations  # as pytest's in pyproject.toml
 IN_TWO_PROCESSES := --numprocesses=2 --dist=loadfile
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
@@ -22,8 +22,8 @@ check: $(VENV)/installed-dev
 # tests in two processes first; those that need the computer for themselves (marked `alone`) after them
 test: packages $(VENV)/installed-systemd $(CONTRIB)/installed lint types contracts kernels
 	rm -f .coverage .coverage.*
-	$(BIN)/python -m pytest --cov --cov-report= -m "not alone" $(IN_TWO_PROCESSES)
-	$(BIN)/python -m pytest --cov --cov-append --cov-fail-under=91 -m alone
+	$(BIN)/python -m pytest --cov --cov-report= --durations=20 -m "not alone" $(IN_TWO_PROCESSES)
+	$(BIN)/python -m pytest --cov --cov-append --cov-fail-under=91 --durations=20 -m alone
 
 unit: kernels
 	$(BIN)/python -m pytest tests/unit tests/docs $(IN_TWO_PROCESSES)
@@ -47,12 +47,7 @@ study: $(VENV)/installed-dev
 	PYTHONPATH=$(TEST_PATH) $(BIN)/python -m studies
 
 bench: $(VENV)/installed-dev $(CONTRIB)/installed
-	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/pair.py
-	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/virtual_board.py
-	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/edges.py
-	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/fusion.py
-	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/ingot.py
-	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/history_week.py
+	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks
 
 figures: $(VENV)/installed-dev
 	$(BIN)/python docs/figures
@@ -63,11 +58,11 @@ tables: $(VENV)/installed-dev
 # mbpoll, libmodbus and two packages of npm are Modbus clients that nobody here wrote; the tests read the appliance with
 # them. They also build systemd-python, have systemd check the unit, and boot it in a container. GStreamer's RTSP server and Aravis' fake
 # camera are the network cameras of the tests; PyGObject is built to speak to both. Reports need Pango, and their tests
-# look at their pages
+# look at their pages; the page for people is driven in Chromium
 DEBIAN_PACKAGES := mbpoll libmodbus5 $(if $(shell command -v npm),,npm) libsystemd-dev pkg-config gcc systemd systemd-container \
 	gir1.2-gst-rtsp-server-1.0 gstreamer1.0-plugins-base gstreamer1.0-plugins-good gstreamer1.0-plugins-bad \
 	gstreamer1.0-plugins-ugly gir1.2-aravis-0.8 aravis-tools libgirepository1.0-dev libcairo2-dev \
-	libpangoft2-1.0-0 libharfbuzz-subset0 poppler-utils
+	libpangoft2-1.0-0 libharfbuzz-subset0 poppler-utils chromium
 packages:
 	@if dpkg-query -W $(DEBIAN_PACKAGES) > /dev/null 2>&1; then exit 0; fi; \
 	if [ "$$(id -u)" = 0 ]; then as_root=(); \
@@ -77,7 +72,7 @@ packages:
 	"$${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -qq -y $(DEBIAN_PACKAGES) > /dev/null
 
 $(VENV)/installed: $(BIN)/python pyproject.toml constraints.txt
-	$(PIP_INSTALL) -e '.[plots]'  # README's examples draw
+	$(PIP_INSTALL) -e '.[page,plots]'  # README's examples draw, and people look
 	@touch $@
 
 $(VENV)/installed-dev: $(BIN)/python pyproject.toml constraints.txt

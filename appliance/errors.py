@@ -10,17 +10,26 @@
     |   +-- EndOfRecording        cameras.source             a recording was played once and is over
     +-- ScaleError                sizing.method              nothing makes millimetres of pixels; names its fault
     |   +-- RigError              sizing.stereo.rig_file     no usable rig file
+    |   +-- EdgeModelError        sizing.stereo.edge_model no usable edge forest
     |   +-- EmptyLineError        sizing.conveyor.empty_line no usable picture of the empty line
+    +-- CaptureError              capture.error              pictures cannot be taken or kept
     +-- ReferencesError           ingot.reader_setup         no usable references of the ingots' ends
+    +-- LearnedReferencesError ingot.learned_references    no usable history of references
     +-- HistoryError              history.schema             the history cannot be read
     +-- ParquetMissingError       history.export             the library of Parquet files is not installed
     +-- ReportMissingError        reports.pages              a library that makes pages is not installed
     +-- StudyError                verification.gauge_study   measurements are no gauge study
     +-- PlcInputsError            conformity.plc_inputs      what the PLC had written cannot be read again
+    +-- ComparisonError           comparison.files           readings and truth cannot be compared
     +-- FusionError               sizing.stereo.fuse_files   two pictures cannot be fused
     +-- PlotsMissingError         sizing.figures             the plotting library is not installed
     +-- OutputError               simulation.write_recording a recording cannot be written
     +-- TrainingError             training.edge_forest       a model cannot be trained or written
+    +-- ReproductionError         reproduction.run           the experiments cannot be run or written
+    +-- PlanError                 planning.expected          a planned mounting cannot work
+    +-- PageError                 page.serve                 the page cannot be served
+    +-- CommissioningError        page.commissioning         a step of commissioning cannot be done
+    +-- UsersError                page.access.users          the page's file of users cannot be used
     +-- InstallError              service.install            the service cannot be installed
 
 Two rooms that know nothing of the appliance have errors of their own: `plc.poll.PollError` (a gauge does not answer as

@@ -1,74 +1,92 @@
-"""How long one image pair takes, by route and by stage, beside what one would write first: Canny and Hough lines.
+"""Where the time of an image pair goes, stage by stage, beside what one would write first: Canny and Hough lines.
 
-All run in turn on the same pairs in one process; the ratio is what to quote, times depend on the machine. The last
-column is the processor's time: of two cores it may be twice the time on the clock.
+All run in turn on the same pairs in one process. The last column is the processor's time: of two cores it may be twice
+the time on the clock. `Copy of both pictures` is what the memory's bandwidth alone costs.
 """
 
-import statistics
-import time
+import argparse
+from collections.abc import Callable
 from dataclasses import replace
 
 import cv2
+import numba
 import numpy as np
 from mill_scenes import perfect_rig
+from timing import Times, timed
 
 from appliance.simulation.bars.bars import Bar
 from appliance.simulation.bars.line_scene import Scene
 from appliance.simulation.boards.board_pictures import board_light
 from appliance.simulation.boards.boards import Board, high_pose, low_pose
-from appliance.simulation.true_rig import default_rig
+from appliance.simulation.true_rig import TrueRig, default_rig
+from vision.alignment.view_alignment import Alignment
+from vision.calibration.rig import Rig
 from vision.calibration.still_marks import find_marks
+from vision.sizing.checked_pictures import checked_pair
 from vision.sizing.gauge import Gauge
+from vision.sizing.virtual_board.aligned_pair import AlignedPair
 
-SIZES = ((800, 600), (2704, 1520))
+SIZES = ((800, 600), (1300, 800), (2704, 1520))
+BARS_MM = (100.0, 180.0, 260.0)
 ROUNDS = 15
 
 
-def canny_and_lines(left, right):
-    return [
-        cv2.HoughLines(cv2.Canny(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), 50, 150), 1, np.pi / 720, 150)
-        for picture in (left, right)
-    ]
+def canny_and_lines(left: np.ndarray, right: np.ndarray) -> None:
+    for picture in (left, right):
+        grey = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
+        cv2.HoughLines(cv2.Canny(grey, 50, 150), 1, np.pi / 720, 150)
 
 
-def timed_ms(work, *arguments):
-    """Time on the clock and of the processor."""
-    clock, processor = time.perf_counter(), time.process_time()
-    result = work(*arguments)
-    return result, (1000 * (time.perf_counter() - clock), 1000 * (time.process_time() - processor))
+class Stages:
+    """Runs work by name and keeps what each took."""
+
+    def __init__(self) -> None:
+        self.times: dict[str, Times] = {}
+
+    def __call__(self, name: str, work: Callable, *arguments):
+        kept = []
+        self.times[name] = timed(lambda: kept.append(work(*arguments)))
+        return kept[0]
 
 
-def stages(gauge, pair):
+def stages(gauge: Gauge, pair: tuple[np.ndarray, np.ndarray]) -> dict[str, Times]:
     """Each stage of the gauge on one pair, in its order."""
-    outlines, find = timed_ms(gauge._tangent.find, *pair)
-    moved_px, marks = timed_ms(gauge._moved_px, *pair)
-    _, tangent = timed_ms(gauge._tangent.measure_bar, *pair, outlines, moved_px)
-    _, virtual_board = timed_ms(gauge._virtual_board.measure_bar, *pair, outlines)
-    return {
-        "find the bar": find,
-        "still marks": marks,
-        "route T": tangent,
-        "route V": virtual_board,
-        "the whole gauge": timed_ms(gauge.measure, *pair)[1],
-        "Canny and Hough lines": timed_ms(canny_and_lines, *pair)[1],
-    }
+    stage, pictures, board = Stages(), checked_pair(gauge._rig, *pair), gauge._virtual_board
+    outlines = stage("find the bar", gauge._tangent.find, *pictures)
+    moved_px = stage("still marks", gauge._moved_px, *pictures)
+    stage("route T", gauge._tangent.measure_bar, *pictures, outlines, moved_px)
+    stage("route V", board.measure_bar, *pictures, outlines)
+    regions = stage("  turned regions", board._regions, pictures, outlines)
+    edges = stage("  edges", lambda: list(board._pool.map(board._view_edges, regions, outlines)))
+    alignment = Alignment(gauge._rig, board._boards, *regions, projective=True)
+    height = stage("  height", board._height, alignment, edges[0].outline, edges[1].outline)
+    stage("  windows", board._read, AlignedPair(alignment, height, edges, edges[0].outline), board._held())
+    stage("the whole gauge", gauge.measure, *pair)
+    stage("Canny and Hough lines", canny_and_lines, *pair)
+    stage("copy of both pictures", lambda: [picture.copy() for picture in pair])
+    return stage.times
 
 
-def main():
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--threads", type=int, choices=(1, 2), default=2, help="threads of OpenCV and of our kernels")
+    threads = parser.parse_args().threads
+    cv2.setNumThreads(threads)
+    numba.set_num_threads(min(threads, numba.config.NUMBA_NUM_THREADS))
     for size in SIZES:
         true_rig = default_rig(size)
         scene = Scene(true_rig, seed=1)
         gauge = Gauge(rig_with_marks(scene, true_rig))
-        pairs = [scene.pair(Bar(diameter_mm), 0) for diameter_mm in (100.0, 180.0, 260.0)]
+        pairs = [scene.pair(Bar(diameter_mm), 0) for diameter_mm in BARS_MM]
         stages(gauge, pairs[0])  # compiles
         rounds = [stages(gauge, pairs[number % len(pairs)]) for number in range(ROUNDS)]
         print(f"{size[0]} x {size[1]}: median ms a pair, on the clock and of the processor")
         for stage in rounds[0]:
-            clock_ms, processor_ms = (statistics.median(one[stage][part] for one in rounds) for part in (0, 1))
-            print(f"  {stage:<24} {clock_ms:8.1f} {processor_ms:8.1f}")
+            median = Times.median([one[stage] for one in rounds])
+            print(f"  {stage:<24} {median.clock_ms:8.1f} {median.processor_ms:8.1f}", flush=True)
 
 
-def rig_with_marks(scene, true_rig):
+def rig_with_marks(scene: Scene, true_rig: TrueRig) -> Rig:
     """The true rig as if calibrated from pictures of boards: with their corners and with still marks."""
     rig, board, marks = perfect_rig(true_rig), Board(), []
     corners = {}

@@ -16,6 +16,7 @@ from collections.abc import Callable, Mapping
 
 from plc.process_image import ProcessImage, decode_set_points, encode, encode_set_points
 from plc.registers import (
+    BARS,
     BITS_END,
     COMMANDS,
     DISCRETES,
@@ -40,7 +41,7 @@ _COIL_LEVELS = {0x0000: False, 0xFF00: True}
 _SET_POINT_ROWS = {row.name: row for row in select(REGISTERS, "holding", "rw")}
 _UNUSED = b"\xff\xff"
 _NO_SET_POINTS = _UNUSED * len(SET_POINTS)  # in input registers
-_AREAS = (MEASUREMENTS, SET_POINTS, READING_RING, INGOT_RING, range(WORDS_END, WORDS_END))
+_AREAS = (MEASUREMENTS, SET_POINTS, READING_RING, INGOT_RING, BARS, range(WORDS_END, WORDS_END))
 _GAPS = [_UNUSED * (after.start - before.stop) for before, after in itertools.pairwise(_AREAS)]
 _UNLOGGED = "plc_heartbeat"  # changes with every scan
 _COMMAND_ROWS = select(REGISTERS, "coil", "rw")
@@ -167,12 +168,12 @@ class Tables:
 
     def _read_input(self, request: bytes) -> bytes:
         wanted = _wanted_alone(request, 125)
-        _require_readable(wanted, INGOT_RING.stop, WORDS_END)
+        _require_readable(wanted, BARS.stop, WORDS_END)
         return _words(self.image, _NO_SET_POINTS, wanted)
 
     def _read_holding(self, request: bytes) -> bytes:
         wanted = _wanted_alone(request, 125)
-        _require_readable(wanted, INGOT_RING.stop, WORDS_END)
+        _require_readable(wanted, BARS.stop, WORDS_END)
         return self._holding(wanted)
 
     def _holding(self, wanted: range) -> bytes:
@@ -235,7 +236,7 @@ class Tables:
         size = 2 * len(to_write)
         _require(len(request) == 10 + size and request[9] == size, 3)
         written = self._checked(to_write, request[10:])
-        _require_readable(to_read, INGOT_RING.stop, WORDS_END)
+        _require_readable(to_read, BARS.stop, WORDS_END)
         self._set(written, client)
         return self._holding(to_read)
 
@@ -308,6 +309,8 @@ def _words(image: ProcessImage, set_points: bytes, wanted: range) -> bytes:
                 _GAPS[2],
                 image.ingot_ring,
                 _GAPS[3],
+                image.bars,
+                _GAPS[4],
             )
         )
     return bytes((2 * len(wanted),)) + table[2 * wanted.start : 2 * wanted.stop]

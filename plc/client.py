@@ -1,5 +1,6 @@
 """A PLC in miniature: reads and writes the gauge as a mill's PLC does, for commissioning and for tests."""
 
+import contextlib
 import struct
 import time
 from collections.abc import Callable, Mapping
@@ -10,13 +11,45 @@ from pymodbus import ModbusException
 from pymodbus.client import ModbusTcpClient
 
 from plc.codes import Orientation
-from plc.poll import ANSWER_WITHIN_S, PollError, Snapshot, scan
+from plc.poll import ANSWER_WITHIN_S, Place, PollError, Snapshot, connect, scan
 from plc.process_image import encode_set_points
 from plc.registers import COMMANDS, REGISTERS, SET_POINTS
 from plc.rows import WordOrder, select
 
 _HEARTBEAT_WITHIN_S = 1.0
+_COMMANDS = {row.name: row.address for row in select(REGISTERS, "coil", "rw")}
 _SET_POINTS = {row.name: row for row in select(REGISTERS, "holding", "rw")}
+
+
+class WriteRefusedError(PollError):
+    """The gauge does not let this client write."""
+
+
+def press(place: Place, command: str) -> None:
+    """Give a command as a person with a button does: 1, and 0 again.
+
+    Parameters
+    ----------
+    place : Place
+    command : str
+        Coil of the register map, as `acknowledge`.
+
+    Raises
+    ------
+    WriteRefusedError
+        Setting, address or certificate do not permit it.
+    PollError
+        The gauge does not answer.
+    """
+    with contextlib.closing(connect(place)) as client:
+        for level in (True, False):
+            try:
+                answer = client.write_coil(_COMMANDS[command], level)
+            except (ModbusException, OSError) as error:
+                raise PollError(f"{place}: connection lost; check that the gauge runs ({error})") from error
+            if answer.isError():
+                advice = "check plc.writes, plc.writers and the role in the certificate"
+                raise WriteRefusedError(f"{place}: refuses {command}, exception {answer.exception_code}; {advice}")
 
 
 @dataclass(slots=True)

@@ -35,7 +35,7 @@ class DeviceState(Code):
     GOOD = 0, "good"
     MAINTENANCE_REQUIRED = 1, "maintenance required"
     OUT_OF_SPECIFICATION = 2, "out of specification"
-    FUNCTION_CHECK = 3, "function check"
+    FUNCTION_CHECK = 3, "test, not for control (function check)"
     FAILURE = 4, "failure"
 
 

@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 
 from plc.codes import CODES, Bits, NamedBit
-from plc.registers import INGOT_RING, MAP_VERSION, MEASUREMENTS, READING_RING, REGISTERS
+from plc.registers import BARS, INGOT_RING, MAP_VERSION, MEASUREMENTS, READING_RING, REGISTERS
 from plc.rows import Register, Table, select
 
 _NO_BITS: Bits = {}
@@ -144,7 +144,7 @@ def _csv_entry(row: Register, table: Table, bits: Bits) -> _Entry:
     codes = CODES[row.name].texts() if row.name in CODES else {}
     return _entry(row, table) | {
         "address_1_based": row.address + 1,
-        "modicon": _modicon(row, table),
+        "modicon": modicon(row, table),
         "functions": " ".join(map(str, functions)),
         "lower": row.lower,
         "upper": row.upper,
@@ -153,8 +153,14 @@ def _csv_entry(row: Register, table: Table, bits: Bits) -> _Entry:
     }
 
 
-def _modicon(row: Register, table: Table) -> str:
-    """Address as PLCs of the Modicon kind count it, 1-based, the table in front."""
+def modicon(row: Register, table: Table) -> str:
+    """Address as PLCs of the Modicon kind count it, 1-based, the table in front.
+
+    Parameters
+    ----------
+    row : Register
+    table : {"input", "holding", "discrete", "coil"}
+    """
     return f"{_MODICON[table] + row.address:05d}"
 
 
@@ -182,7 +188,8 @@ def to_markdown(bits: Bits = _NO_BITS) -> str:
             "table in front. A value is scale x number; `invalid` is the number that means no value. The most",
             "significant word comes first unless the gauge is set otherwise.",
             f"Words {_ends(MEASUREMENTS)} are one block, which one request reads whole; so are the rings of the",
-            f"last readings ({_ends(READING_RING)}) and of the last ingots ({_ends(INGOT_RING)}).\n",
+            f"last readings ({_ends(READING_RING)}) and of the last ingots ({_ends(INGOT_RING)}), and",
+            f"bars side by side ({_ends(BARS)}).\n",
             *sections,
             *words,
         ]
@@ -205,7 +212,7 @@ def _markdown_section(table: Table, heading: str) -> str:
 
 def _cell(column: str, content: object, row: Register, table: Table) -> str:
     if column == "address":
-        return f"{content} ({_modicon(row, table)})"
+        return f"{content} ({modicon(row, table)})"
     return "" if content is None else str(content)
 
 

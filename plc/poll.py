@@ -1,6 +1,9 @@
 """Reads a gauge as a PLC does, on pymodbus, and shows what it read in words."""
 
+import contextlib
 import logging
+import socket
+import ssl
 import struct
 import time
 from collections.abc import Iterator, Mapping
@@ -15,6 +18,7 @@ from plc.codes import CODES, Bits, NamedBit, Orientation
 from plc.process_image import decode, decode_discretes, decode_set_points
 from plc.registers import DISCRETES, MEASUREMENTS, REGISTERS, SET_POINTS
 from plc.rows import WordOrder, select
+from plc.security.identity import TlsFiles
 
 # PollError says it in one sentence; without a handler the library would print its own beside it
 logging.getLogger("pymodbus").addHandler(logging.NullHandler())
@@ -52,6 +56,71 @@ class PollError(Exception):
 
 
 @dataclass(frozen=True, slots=True)
+class Place:
+    """Where a gauge is, and how it is read.
+
+    Attributes
+    ----------
+    host : str
+        Name or address of the gauge.
+    port : int
+        TCP port of its Modbus server, or of Modbus/TCP Security.
+    word_order : {"big", "little"}
+        As set in the gauge.
+    tls : TlsFiles or None
+        The client's own certificate and key, and the gauge's authority; None for the port without TLS.
+    """
+
+    host: str
+    port: int = 502
+    word_order: WordOrder = "big"
+    tls: TlsFiles | None = None
+
+    def __str__(self) -> str:
+        return f"{self.host}:{self.port}"
+
+
+class _SecureClient(ModbusTcpClient):
+    """Modbus/TCP Security; the client of the library names no host in its handshake, so it checks none."""
+
+    def __init__(self, place: Place, files: TlsFiles) -> None:
+        super().__init__(place.host, port=place.port, timeout=ANSWER_WITHIN_S, retries=0)
+        self._place = place
+        self._files = files
+
+    def connect(self) -> bool:
+        """Connect and shake hands, unless that was done; whether both have succeeded."""
+        if self.connected:
+            return True
+        try:
+            context = ssl.create_default_context(cafile=self._files.authority)
+            context.load_cert_chain(self._files.certificate, self._files.key)
+            plain = socket.create_connection((self._place.host, self._place.port), timeout=ANSWER_WITHIN_S)
+            self.socket = context.wrap_socket(plain, server_hostname=self._place.host)
+        except OSError:
+            self.close()
+        return self.connected
+
+
+def connect(place: Place) -> ModbusTcpClient:
+    """Client that is connected; the caller closes it.
+
+    Raises
+    ------
+    PollError
+        Nobody listens there, or certificates do not fit.
+    """
+    plain = ModbusTcpClient(place.host, port=place.port, timeout=ANSWER_WITHIN_S, retries=0)
+    client = plain if place.tls is None else _SecureClient(place, place.tls)
+    if not client.connect():
+        if not _is_known(place.host):
+            raise PollError(f"{place.host}: no host of this name is known here; check the name, or give an address")
+        more = "" if place.tls is None else ", and the certificates"
+        raise PollError(f"{place}: nobody answers; check the address, the port and that the gauge runs{more}")
+    return client
+
+
+@dataclass(frozen=True, slots=True)
 class Snapshot:
     """What one scan has read.
 
@@ -65,12 +134,16 @@ class Snapshot:
         Time that all requests took.
     set_points : dict of str to float, int or None
         What the PLC has written, in the units of the map; None for what is not set.
+    words, set_point_words : tuple of int
+        Words of the measurement block and of the set points, as they were on the wire.
     """
 
     values: dict[str, float | int | None]
     discretes: dict[str, bool]
     elapsed_ms: float
     set_points: dict[str, float | int | None] = field(default_factory=dict[str, "float | int | None"])
+    words: tuple[int, ...] = ()
+    set_point_words: tuple[int, ...] = ()
 
     @property
     def whole(self) -> bool:
@@ -112,14 +185,21 @@ def poll(host: str, port: int = 502, *, every_s: float = 1.0, word_order: WordOr
     PollError
         Nobody listens there, the connection was lost, or the answer was an exception.
     """
-    with ModbusTcpClient(host, port=port, timeout=ANSWER_WITHIN_S, retries=0) as client:
-        if not client.connected:
-            raise PollError(f"{host}:{port}: nobody answers; check the address, the port and that the gauge runs")
+    place = Place(host, port, word_order)
+    with contextlib.closing(connect(place)) as client:
         due = time.monotonic()
         while True:
-            yield scan(client, f"{host}:{port}", word_order)
+            yield scan(client, str(place), word_order)
             due = max(due + every_s, time.monotonic())
             time.sleep(max(0.0, due - time.monotonic()))
+
+
+def _is_known(host: str) -> bool:
+    try:
+        socket.getaddrinfo(host, None)
+    except socket.gaierror:
+        return False
+    return True
 
 
 def scan(client: ModbusTcpClient, place: str, word_order: WordOrder) -> Snapshot:
@@ -134,12 +214,18 @@ def scan(client: ModbusTcpClient, place: str, word_order: WordOrder) -> Snapshot
     for answer in (block, bits, written):
         _refuse_exception(answer, place)
     elapsed_ms = 1000 * (time.monotonic() - begun)
-    numbers = decode_set_points(struct.pack(f">{len(SET_POINTS)}H", *written.registers), word_order=word_order)
+    try:
+        numbers = decode_set_points(struct.pack(f">{len(SET_POINTS)}H", *written.registers), word_order=word_order)
+        values, discretes = decode(block.registers, word_order=word_order), decode_discretes(bits.bits)
+    except (ValueError, struct.error) as error:
+        raise PollError(f"{place}: answers with less than was asked for; check that this is a gauge") from error
     return Snapshot(
-        decode(block.registers, word_order=word_order),
-        decode_discretes(bits.bits),
+        values,
+        discretes,
         elapsed_ms,
         {name: _SET_POINT_ROWS[name].to_value(number) or None for name, number in numbers.items()},
+        tuple(block.registers),
+        tuple(written.registers),
     )
 
 
@@ -230,17 +316,34 @@ def _ingot_lines(values: Mapping[str, float | int | None]) -> list[str]:
 
 
 def _line(name: str, value: float | None) -> str:
+    return f"{name:<26}{value_in_words(name, value)}"
+
+
+def value_in_words(name: str, value: float | None) -> str:
+    """Value of a register for people: with its unit, or with the words of its code.
+
+    Parameters
+    ----------
+    name : str
+        Register.
+    value : float, int or None
+        In the unit of the map; None for no value.
+    """
     if value is None:
-        return f"{name:<26}no value"
+        return "no value"
     if name in CODES:
-        return _code_line(name, value)
+        return _code_in_words(name, value)
     number = f"{value:.3f}" if isinstance(value, float) else str(value)
-    return f"{name:<26}{number} {_UNITS[name]}".rstrip()
+    return f"{number} {_UNITS[name]}".rstrip()
+
+
+def _code_in_words(name: str, code: float | None) -> str:
+    text = CODES[name].texts().get(int(code or 0), "unknown to this version")
+    return f"{code} {'no value' if name == 'validity' and not code else text}"
 
 
 def _code_line(name: str, code: float | None) -> str:
-    text = CODES[name].texts().get(int(code or 0), "unknown to this version")
-    return f"{name:<26}{code} {'no value' if name == 'validity' and not code else text}"
+    return f"{name:<26}{_code_in_words(name, code)}"
 
 
 def _utc(since_1970_ms: float) -> str:

@@ -39,8 +39,8 @@ class ProcessImage:
 
     Attributes
     ----------
-    words, reading_ring, ingot_ring : bytes
-        The measurement block and the two rings, two bytes a word, most significant byte first.
+    words, reading_ring, ingot_ring, bars : bytes
+        The measurement block, the two rings and the bars side by side, two bytes a word, most significant byte first.
     coils, discretes : int
         Alarm coils and discrete inputs; bit n is address n.
     word_order : {"big", "little"}
@@ -50,6 +50,7 @@ class ProcessImage:
     words: bytes
     reading_ring: bytes
     ingot_ring: bytes
+    bars: bytes
     coils: int
     discretes: int
     word_order: WordOrder
@@ -86,7 +87,7 @@ def encode(values: Mapping[str, Value], *, word_order: WordOrder = "big") -> Pro
     try:
         status = sum(_bit(values.get(name)) << place for place, name in enumerate(_STATUS_NAMES))
         given = {**_CONSTANTS, **values, "status_word": status}
-        words, reading_ring, ingot_ring = (
+        words, reading_ring, ingot_ring, bars = (
             layout.pack([row.to_raw(given.get(source)) for row, source in _SOURCES[block]], word_order)
             for block, layout in _LAYOUTS.items()
         )
@@ -97,6 +98,7 @@ def encode(values: Mapping[str, Value], *, word_order: WordOrder = "big") -> Pro
         words=words,
         reading_ring=reading_ring,
         ingot_ring=ingot_ring,
+        bars=bars,
         coils=alarms,
         discretes=alarms | status << len(ALARMS),
         word_order=word_order,
@@ -116,7 +118,7 @@ def decode(
     ----------
     words : sequence of int
         The whole block, from its first address.
-    block : {"measurement", "reading_ring", "ingot_ring"}
+    block : {"measurement", "reading_ring", "ingot_ring", "bars"}
     word_order : {"big", "little"}
         As set in the gauge.
 

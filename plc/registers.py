@@ -14,16 +14,17 @@ A set point as the PLC writes it, in hundredths of a millimetre:
 (200, 10050, 100.5)
 """
 
+from plc.bars import bars
 from plc.codes import Decision, DeviceState, Orientation, Validity
 from plc.rings import INGOT_SLOT, READING_SLOT, ring
 from plc.rows import NO_VALUE, Block, Register, Table, Type, select, span, spare
 
-MAP_VERSION = 4
+MAP_VERSION = 5
 WORDS_END = 625  # of input and holding registers: whole requests of 125 words, as tools of plants read them
 SHELVE_FIRST = 34  # coil that shelves alarm 0
 BITS_END = 64  # of coils and discrete inputs: whole groups of 16 or 32
 
-BLOCKS: tuple[Block, ...] = ("measurement", "reading_ring", "ingot_ring")
+BLOCKS: tuple[Block, ...] = ("measurement", "reading_ring", "ingot_ring", "bars")
 _BLOCK: tuple[Table, ...] = ("input", "holding")
 
 
@@ -189,7 +190,18 @@ REGISTERS: tuple[Register, ...] = (
         82, "clients_refused", "clients turned away since the start: too many, no certificate, no descriptors", "u32"
     ),
     _state(84, "alarms_shelved", "bit n: alarm coil n is shelved and not shown"),
-    *(spare(address, "measurement") for address in range(85, 119)),
+    _measured(85, "bar_frames", "", "frames that bar_diameter is of, at most 50", "u16"),
+    _measured(86, "bar_diameter", "mm", "diameter of the passing bar from its last frames, hot"),
+    _measured(88, "bar_expanded_uncertainty", "mm", "expanded uncertainty (k = 2) of bar_diameter"),
+    _measured(90, "bar_ovality", "mm", "greatest minus least width of the bar, once it has turned by half a turn"),
+    _measured(92, "bar_ovality_expanded_uncertainty", "mm", "expanded uncertainty (k = 2) of bar_ovality"),
+    _measured(94, "camber", "mm", "sagitta of the bar's axis over 1 m; positive: its ends lie at larger x"),
+    _measured(96, "camber_expanded_uncertainty", "mm", "expanded uncertainty (k = 2) of camber"),
+    _measured(98, "hop_height", "mm", "height of the bar over the rollers, by its axis and its diameter"),
+    _measured(100, "bar_mean_expanded_uncertainty", "mm", "expanded uncertainty (k = 2) of bar_mean"),
+    _integer(102, "bar_diameter", "mm"),
+    _integer(103, "bar_expanded_uncertainty", "mm"),
+    *(spare(address, "measurement") for address in range(104, 119)),
     _state(119, "sequence_check", "sequence again; last word of the block", shows="sequence"),
     _set_point(200, "target_diameter", "mm", (10, 655.34), "wanted diameter; cold if a grade is set, else hot"),
     _set_point(201, "tolerance_plus", "mm", (0.01, 50), "allowed above the target"),
@@ -202,16 +214,17 @@ REGISTERS: tuple[Register, ...] = (
     *(_alarm(bit, f"alarm_spare_{bit}", "reserved for growth of the map, reads 0") for bit in range(8, 16)),
     *_STATUS,
     _command(32, "acknowledge", "0 -> 1 acknowledges all alarms"),
-    _command(33, "hold", "1 holds the gauge: function check, validity off, alarms suppressed"),
+    _command(33, "hold", "1 holds the gauge: not for control, validity off, alarms suppressed"),
     *(
         _command(SHELVE_FIRST + row.address, f"shelve_{row.name.removeprefix('alarm_')}", f"0 -> 1 shelves {row.name}")
         for row in _ALARMS
     ),
     *ring(300, "reading_ring", "reading", READING_SLOT),
     *ring(420, "ingot_ring", "ingot", INGOT_SLOT),
+    *bars(540),
 )
 
-MEASUREMENTS, READING_RING, INGOT_RING = (span(select(REGISTERS, "input", "r", block)) for block in BLOCKS)
+MEASUREMENTS, READING_RING, INGOT_RING, BARS = (span(select(REGISTERS, "input", "r", block)) for block in BLOCKS)
 SET_POINTS = span(select(REGISTERS, "holding", "rw"))
 ALARMS = span(select(REGISTERS, "coil", "r"))
 COMMANDS = span(select(REGISTERS, "coil", "rw"))

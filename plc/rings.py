@@ -52,12 +52,23 @@ def ring(address: int, block: Block, what: str, slot: Sequence[Field]) -> Iterat
     for number in range(SLOTS):
         place = address + 4 + number * _SLOT_WORDS
         for field in slot:
-            row = _in_slot(place, block, f"{what}_{number}", field)
+            row = in_slot(place, block, f"{what}_{number}", field)
             yield row
             place = row.end
 
 
-def _in_slot(address: int, block: Block, slot: str, field: Field) -> Register:
+def in_slot(address: int, block: Block, slot: str, field: Field) -> Register:
+    """Row of one value of a slot.
+
+    Parameters
+    ----------
+    address : int
+    block : str
+        Of `Block`.
+    slot : str
+        Name of the slot; the row's begins with it.
+    field : Field
+    """
     return Register(
         name=f"{slot}_{field.name}",
         tables=("input", "holding"),

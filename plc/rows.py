@@ -12,10 +12,10 @@ Table = Literal["input", "holding", "discrete", "coil"]
 Type = Literal["u16", "i16", "u32", "i32", "u64", "f32", "bool"]
 Value = float | int | bool | None
 WordOrder = Literal["big", "little"]
-Block = Literal["measurement", "reading_ring", "ingot_ring"]
+Block = Literal["measurement", "reading_ring", "ingot_ring", "bars"]
 
 BLOCK_WORDS_MAX = 125  # what one Modbus request can read
-_BLOCK_STARTS: dict[Block, int] = {"measurement": 0, "reading_ring": 300, "ingot_ring": 420}
+_BLOCK_STARTS: dict[Block, int] = {"measurement": 0, "reading_ring": 300, "ingot_ring": 420, "bars": 540}
 STRUCT_CODES: dict[Type, str] = {"u16": "H", "i16": "h", "u32": "I", "i32": "i", "u64": "Q", "f32": "f"}
 NO_VALUE: dict[Type, float | int] = {
     "u16": 0xFFFF,
@@ -55,7 +55,7 @@ class Register:
         Row whose value this one repeats, as `diameter_u16` shows `diameter`; empty for a value of its own.
     constant : float, int or None
         What the row always reads.
-    block : {"measurement", "reading_ring", "ingot_ring"} or None
+    block : {"measurement", "reading_ring", "ingot_ring", "bars"} or None
         Words that are published and can be read together; None for bits and for what the PLC writes.
     """
 
@@ -239,7 +239,7 @@ def _check_block(block: Block, start: int, rows: Sequence[Register], mirror: Seq
     _require(rows == mirror, f"a word of {what} that is not the same in input and holding registers")
     _check_run(rows, what, start=start)
     _require(len(span(rows)) <= BLOCK_WORDS_MAX, f"the length of {what}")
-    _require(block == "measurement" or rows[0].name == f"{block}_index", f"the first word of {what}")
+    _require(not block.endswith("ring") or rows[0].name == f"{block}_index", f"the first word of {what}")
 
 
 def _check_ends(measurements: Sequence[Register]) -> None:

@@ -12,7 +12,7 @@ import os
 import socket
 import ssl
 import struct
-from collections import Counter
+import time
 from collections.abc import Mapping, Sequence
 from typing import cast, get_args
 
@@ -21,6 +21,7 @@ from plc.listener import Listener, bind_error, free_dead_peer, listen
 from plc.process_image import ProcessImage
 from plc.security.addresses import Network
 from plc.security.identity import CertificateError, holder
+from plc.security.places import left_behind, never_asked
 from plc.security.refusals import Refusals
 from plc.security.roles import Client, Role, WritePolicy, Writes
 from plc.security.secure_port import SecurePort, handshake_in_words
@@ -49,8 +50,8 @@ class _Connection(asyncio.Protocol):
         self._socket: socket.socket | None = None
         self.opening: asyncio.Task[None] | None = None
         self._received = bytearray()
-        self.has_asked = False
-        """Whether it has sent a whole request; who has not makes room for others when there are too many."""
+        self.asked_s: float | None = None
+        """Monotonic time of its last whole request; who has sent none makes room for others when there are too many."""
         self._malformed = False
         self._write_full = False
         self._limit: asyncio.TimerHandle | None = None
@@ -122,7 +123,7 @@ class _Connection(asyncio.Protocol):
         while len(answers) < REQUESTS_PER_TURN and (frame := self._next_frame()):
             answers.append(self._server.answer(frame, self.client))
         if answers:
-            self.has_asked = True
+            self.asked_s = time.monotonic()
             self._set_limit(None)
             transport.write(b"".join(answers))
         if self._malformed:
@@ -179,8 +180,9 @@ class ModbusServer:
         Modbus/TCP Security on a port of its own.
     connections_max : int
         Clients served at once. One more takes the place of the oldest that has not sent a whole request yet, of
-        the address that has most of these, so that half-open connections lock nobody out, and a writer that of the
-        oldest which is none; otherwise it is closed at once.
+        the address that has most of these, so that half-open connections lock nobody out; a writer that of the oldest
+        which is none; then that of one that its client has left behind (`plc.security.places`), so that a client which
+        never closes locks nobody out either; otherwise it is closed at once.
     on_write : callable, optional
         Called in the event loop with what a write changes, by name: set points as the numbers in their words,
         commands as levels. An equal write does not call it. If it raises, nothing is written and the client
@@ -365,20 +367,16 @@ class ModbusServer:
         self.refuse(address, f"{why}; raise the limit of descriptors (LimitNOFILE) or lower plc.connections_max")
 
     def _make_room(self, address: str) -> bool:
-        leaving = self._idle()
+        leaving = never_asked(self._connections)
         if leaving is None and self._policy.lists(address):
             others = (c for c in self._connections if not self._policy.lists(c.client.address))
             leaving = next(others, None)
+        if leaving is None:
+            leaving = left_behind(self._connections, time.monotonic())
         if leaving is not None:
             leaving.abort()
             self.dismiss(leaving)
         return leaving is not None
-
-    def _idle(self) -> _Connection | None:
-        """Oldest connection that has not asked yet, of the address that has most of them."""
-        idle = [connection for connection in self._connections if not connection.has_asked]
-        addresses = Counter(connection.client.address for connection in idle)
-        return max(idle, key=lambda connection: addresses[connection.client.address], default=None)
 
     def _drop_secure(self) -> None:
         """End connections whose certificates were signed by an authority that is not trusted any more."""

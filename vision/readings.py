@@ -37,7 +37,7 @@ class SizeReading:
     diameter_mm : float
         Diameter of the circle whose tangent planes fit; NaN with any reason that forbids a value.
     expanded_uncertainty_mm : float
-        U = 2 u of the diameter, u the root sum of squares of the six `u_..._mm` parts.
+        U = 2 u of the diameter, u the root sum of squares of the six parts below.
     diameter_virtual_board_mm : float
         Diameter by the dissertation's route (route V).
     weighted_deviation_mm : float
@@ -56,6 +56,22 @@ class SizeReading:
         Position of the axis across the line (x), at y = 0.
     u_edge_mm, u_calibration_mm, u_board_mm, u_light_mm, u_shape_mm, u_model_mm : float
         Parts of the standard uncertainty (k = 1) of the diameter.
+    u_motion_mm : float
+        The share of `u_model_mm` that comes from a bar that may have moved between both exposures.
+    width_left_mm, width_right_mm : float
+        Width of the bar across the left and the right camera's line of sight.
+    camber_mm : float
+        Sagitta of the axis over 1 m; positive where the ends lie at larger x than the middle.
+    u_camber_mm : float
+        Standard uncertainty (k = 1) of it.
+    wander_px : float
+        How far neighbouring windows of an edge are displaced together, RMS: hot air, or patches of scale.
+    bar_frames : int
+        Frames of the passing bar that its values are of; 0 where there is none.
+    bar_diameter_mm, bar_expanded_uncertainty_mm : float
+        Diameter of the passing bar from its last frames, and U = 2 u of it.
+    bar_ovality_mm, bar_ovality_expanded_uncertainty_mm : float
+        Greatest minus least width of the passing bar, once it has turned by half a turn, and U = 2 u of it.
     clipped_share : float
         Largest share of a limb's points that is overexposed.
     limb_light : float
@@ -80,7 +96,18 @@ class SizeReading:
     u_light_mm: float = math.nan
     u_shape_mm: float = math.nan
     u_model_mm: float = math.nan
+    u_motion_mm: float = math.nan
+    width_left_mm: float = math.nan
+    width_right_mm: float = math.nan
+    camber_mm: float = math.nan
+    u_camber_mm: float = math.nan
+    wander_px: float = math.nan
     offset_mm: float = math.nan
+    bar_frames: int = 0
+    bar_diameter_mm: float = math.nan
+    bar_expanded_uncertainty_mm: float = math.nan
+    bar_ovality_mm: float = math.nan
+    bar_ovality_expanded_uncertainty_mm: float = math.nan
     clipped_share: float = math.nan
     limb_light: float = math.nan
     method: str = "tangent"

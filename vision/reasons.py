@@ -30,10 +30,11 @@ class Reason(enum.IntFlag):
     SOME_EDGES_CLIPPED = 1 << 16
     LOW_CONTRAST = 1 << 17
     FEW_WINDOWS = 1 << 18
+    BARRIER_HEIGHT = 1 << 19
     POOR_ALIGNMENT = 1 << 20
     BOARD_HELD = 1 << 21
-    DARKER_THAN_LINE = 1 << 22
-    GAIN_CHANGED = 1 << 23
+    DARK_BAR = 1 << 22
+    UNCERTAINTY_UNKNOWN = 1 << 23
     ROUTES_DISAGREE = 1 << 24
     CALIBRATION_DUE = 1 << 25
     LIMB_HIDDEN = 1 << 26
@@ -41,6 +42,7 @@ class Reason(enum.IntFlag):
     BAR_TAIL = 1 << 28
     BARRIER_HIDDEN = 1 << 29
     BARRIER_BENT = 1 << 30
+    SHIMMER = 1 << 31
 
     @property
     def names(self) -> list[str]:
@@ -86,21 +88,19 @@ REASONS: tuple[ReasonRow, ...] = (
     ReasonRow(Reason.SOME_EDGES_CLIPPED, False, "part of a limb is overexposed; the uncertainty is widened"),
     ReasonRow(Reason.LOW_CONTRAST, False, "an edge of the bar stands out weakly from its background"),
     ReasonRow(Reason.FEW_WINDOWS, False, "fewer than half of the windows agree with the cylinder"),
+    ReasonRow(Reason.BARRIER_HEIGHT, False, "the barriers' faces contradict the heights that are given; do they hang?"),
     ReasonRow(Reason.POOR_ALIGNMENT, False, "the outlines overlap worse than a round bar's do on this rig"),
     ReasonRow(Reason.BOARD_HELD, False, "without a bar the virtual board stays at its last height"),
-    ReasonRow(
-        Reason.DARKER_THAN_LINE, False, "the bar is darker than the line: it is cold, or the camera shows hot as black"
-    ),
-    ReasonRow(
-        Reason.GAIN_CHANGED, False, "the line is darker than in its empty picture: the camera's gain is automatic"
-    ),
-    ReasonRow(Reason.ROUTES_DISAGREE, False, "tangent planes and virtual board differ by more than both allow"),
+    ReasonRow(Reason.DARK_BAR, False, "the bar is no lighter than the empty line: cold, or shown black-hot or dimmed"),
+    ReasonRow(Reason.UNCERTAINTY_UNKNOWN, False, "how far the value may be wrong is not known; it has no trust"),
+    ReasonRow(Reason.ROUTES_DISAGREE, False, "two routes, or two places along the bar, differ by more than U allows"),
     ReasonRow(Reason.CALIBRATION_DUE, False, "a camera has moved since its calibration; calibrate again"),
     ReasonRow(Reason.LIMB_HIDDEN, False, "one of the four limbs is hidden; three are measured"),
     ReasonRow(Reason.BAR_HEAD, False, "the bar's head lies in the measuring region"),
     ReasonRow(Reason.BAR_TAIL, False, "the bar's tail lies in the measuring region"),
     ReasonRow(Reason.BARRIER_HIDDEN, False, "a barrier of the conveyor is not found, or partly hidden"),
     ReasonRow(Reason.BARRIER_BENT, False, "a barrier of the conveyor is not straight in the picture"),
+    ReasonRow(Reason.SHIMMER, False, "hot air or scale displaces the bar's edges by more than 0.2 px"),
 )
 
 

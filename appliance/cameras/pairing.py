@@ -119,6 +119,7 @@ class Pairing:
             exposed_utc_ms=utc_ms(left.exposed_monotonic_s),
             exposure_us=left.exposure_us,
             dropped=self.dropped,
+            stamped=self._same_sequence,
             sent=(left.picture, right.picture),
         )
 

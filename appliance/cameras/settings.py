@@ -12,7 +12,7 @@ class LivenessSettings(Section):
         default=700,
         ge=100,
         le=10000,
-        description="Time without a picture that counts (new, in step, not blank) after which it is a fault",
+        description="Time without a valid picture (new, in step, not blank) after which the camera counts as lost",
         json_schema_extra=unit("ms"),
     )
     apart_max_us: int = Field(
@@ -39,14 +39,14 @@ class LivenessSettings(Section):
         default=75.0,
         ge=0,
         le=100,
-        description="Share of dropped pairs that is a fault",
+        description="Share of dropped pairs above which a fault is raised",
         json_schema_extra=unit("%"),
     )
     idle_after_s: float = Field(
         default=15.0,
         ge=1,
         le=600,
-        description="Time that a measuring process may run without a reading and without a fault",
+        description="Time without a reading and without a fault after which a measuring process is started again",
         json_schema_extra=unit("s"),
     )
 
@@ -58,7 +58,7 @@ class ExposureSettings(Section):
         default=5.0,
         ge=0,
         le=100,
-        description="Share of an edge of the bar that may be overexposed",
+        description="Largest share of one edge of the bar that may be overexposed",
         json_schema_extra=unit("%"),
     )
     light_min: float = Field(
@@ -68,7 +68,7 @@ class ExposureSettings(Section):
         default=10.0,
         ge=0,
         le=3600,
-        description="Time that this must last before it is a fault, or the exposure is changed",
+        description="Time for which edges stay too bright or too dark before a fault, or before exposure changes",
         json_schema_extra=unit("s"),
     )
     control: bool = Field(default=False, description="Change the exposure of cameras that allow it, step by step")

@@ -27,6 +27,14 @@ class CameraError(HotgaugeError):
         self.fault = fault
 
 
+TOGETHER_US = 50  # chosen: a bar that sways with 0.5 mm/ms moves by 0.025 mm in this time
+
+
+def together(left_us: int, right_us: int) -> bool:
+    """Whether two exposures coincide so well that no bar moves between them."""
+    return abs(left_us - right_us) <= TOGETHER_US
+
+
 @dataclass(frozen=True, slots=True)
 class FramePair:
     """One simultaneous exposure of both cameras.
@@ -52,6 +60,11 @@ class FramePair:
         Temperature of the hottest camera, °C; NaN if the source does not know it.
     repeated : bool
         Whether a recording delivers the same stored pictures as in the pair before; False for cameras.
+    stamped : bool
+        Whether `left_us` and `right_us` are moments of exposure that the sensors themselves share; those of two cameras
+        that meet on a network, or of a recording without time stamps, are not.
+    stretch : int
+        Number of the stretch of a recording without a break; a loop or a jump begins another. 0 for cameras.
     truth : dict or None
         True values of a simulated scene (`diameter_mm`, ...); never read by a gauge.
     sent : tuple of two SentPicture, or None
@@ -69,8 +82,15 @@ class FramePair:
     dropped: int = 0
     temperature_c: float = float("nan")
     repeated: bool = False
+    stamped: bool = False
+    stretch: int = 0
     truth: dict[str, object] | None = field(default=None, compare=False)
     sent: tuple[SentPicture, SentPicture] | None = field(default=None, compare=False)
+
+    @property
+    def synchronous(self) -> bool:
+        """Whether time stamps prove that both cameras exposed together."""
+        return self.stamped and together(self.left_us, self.right_us)
 
     @property
     def pictures(self) -> tuple[SentPicture, SentPicture]:
@@ -102,8 +122,12 @@ class Frame:
         Temperature of the camera, °C; NaN if the source does not know it.
     repeated : bool
         Whether a recording delivers the same stored picture as the one before; False for cameras.
+    stretch : int
+        Number of the stretch of a recording without a break; a loop or a jump begins another. 0 for cameras.
     truth : dict or None
         True values of a simulated scene (`state`, `label`, ...); never read by a gauge.
+    sent : SentPicture or None
+        The picture with its coding, where that is more than `picture` tells; read by `hotgauge capture` only.
     """
 
     picture: NDArray[np.uint8]
@@ -115,7 +139,9 @@ class Frame:
     device_us: int | None = None
     temperature_c: float = float("nan")
     repeated: bool = False
+    stretch: int = 0
     truth: dict[str, object] | None = field(default=None, compare=False)
+    sent: SentPicture | None = field(default=None, compare=False)
 
     @property
     def pictures(self) -> tuple[NDArray[np.uint8]]:

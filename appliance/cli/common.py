@@ -2,8 +2,12 @@
 
 import argparse
 import contextlib
+import logging
+import math
 from collections.abc import Callable, Generator
 from pathlib import Path
+
+MOST_DIGITS = 18  # of a number that counts something
 
 
 def add_config(command: argparse.ArgumentParser) -> None:
@@ -12,10 +16,11 @@ def add_config(command: argparse.ArgumentParser) -> None:
 
 @contextlib.contextmanager
 def progress(unit: str) -> Generator[Callable[[int, int], None]]:
-    """Show a progress bar on a terminal, nothing on a pipe; the function yielded takes steps done and steps in all."""
+    """Show a progress bar on a terminal, unless --quiet was given; the function yielded takes steps done and of all."""
     from tqdm import tqdm
 
-    with tqdm(unit=unit, disable=None) as bar:
+    quiet = logging.getLogger("hotgauge").level > logging.INFO
+    with tqdm(unit=unit, disable=quiet or None) as bar:
 
         def show(done: int, total: int) -> None:
             bar.total = total
@@ -25,14 +30,39 @@ def progress(unit: str) -> Generator[Callable[[int, int], None]]:
 
 
 def positive_number(text: str) -> int:
-    number = int(text)
-    if number < 1:
-        raise ValueError
-    return number
+    return _whole(text, 1)
 
 
 def whole_number(text: str) -> int:
-    number = int(text)
-    if number < 0:
-        raise ValueError
+    return _whole(text, 0)
+
+
+def _whole(text: str, least: int) -> int:
+    if not (text.isascii() and text.isdigit() and len(text) <= MOST_DIGITS and int(text) >= least):
+        raise argparse.ArgumentTypeError(f"{text!r} is no whole number from {least}")
+    return int(text)
+
+
+def number_within(text: str, least: float, most: float, unit: str) -> float:
+    """Number of an option.
+
+    Parameters
+    ----------
+    text : str
+    least, most : float
+        Bounds.
+    unit : str
+        Plural, for the sentence that refuses.
+
+    Raises
+    ------
+    ArgumentTypeError
+        The text is no number, or out of bounds.
+    """
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not least <= number <= most:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number of {unit} from {least:g} to {most:g}")
     return number

@@ -2,18 +2,39 @@
 
 import argparse
 import difflib
+import importlib.metadata
 import io
+import logging
 import os
 import sys
+import textwrap
+import traceback
 from collections.abc import Callable, Sequence
 from typing import NoReturn
 
+import shtab
+
 from appliance.cli.common import add_config
-from appliance.cli.gauge import certificates, computer, history, plc, serve
-from appliance.cli.pictures import calibrate, fuse, measure, orient, simulate, train, verify
+from appliance.cli.examples import EXAMPLES
+from appliance.cli.gauge import certificates, computer, history, page, plc, serve
+from appliance.cli.pictures import (
+    board,
+    calibrate,
+    capture,
+    compare,
+    fuse,
+    measure,
+    orient,
+    plan,
+    reproduce,
+    simulate,
+    train,
+    verify,
+)
 from appliance.command_options import CommandError
 from appliance.errors import HotgaugeError
 
+HELP_COLUMNS = 79
 EXIT_TROUBLE = 2
 EXIT_INTERRUPTED = 130
 
@@ -22,7 +43,13 @@ class _Parser(argparse.ArgumentParser):
     """A parser whose errors are one sentence."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(EXIT_TROUBLE, f"hotgauge: {message}; see `{self.prog} --help`\n")
+        words = message.replace("\n", " ").removeprefix("argument ")
+        for kind, meaning in (("int", "whole number"), ("float", "number")):
+            words = words.replace(f"invalid {kind} value: ", f"no {meaning}: ")
+        settings = [word for word in words.split() if word.endswith(".toml")]
+        if settings and words.startswith("unrecognized arguments: "):
+            words += f"; settings are given as --config {settings[0]}"
+        self.exit(EXIT_TROUBLE, f"hotgauge: {words}; see `{self.prog} --help`\n")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -42,12 +69,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):  # a terminal that is not UTF-8 shows escapes for what it lacks
             stream.reconfigure(errors="backslashreplace")
     words = list(sys.argv[1:] if arguments is None else arguments)
+    verbose = False
     try:
         _check_command(words[:1])
         given = parser().parse_args(words)
+        verbose = given.verbose
+        if given.quiet:
+            logging.getLogger("hotgauge").setLevel(logging.WARNING)
         exit_code = given.run(given)
         sys.stdout.flush()
     except HotgaugeError as error:
+        if verbose:
+            traceback.print_exc()
         print(f"hotgauge: {error}", file=sys.stderr)
         return EXIT_TROUBLE
     except KeyboardInterrupt:
@@ -57,7 +90,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0
     except OSError as error:
         if error.filename is not None:
-            raise
+            print(f"hotgauge: {error.filename}: {error.strerror}; check the path and its permissions", file=sys.stderr)
+            return EXIT_TROUBLE
         _give_up_output()
         print(
             f"hotgauge: the output cannot be written: {error.strerror}; make room, or write elsewhere", file=sys.stderr
@@ -83,9 +117,20 @@ def _check_command(words: Sequence[str]) -> None:
 def parser() -> argparse.ArgumentParser:
     """Make the parser of all commands."""
     whole = _Parser(prog="hotgauge", description="Measures hot rolled bars and serves the PLC.")
+    whole.add_argument("--version", action="version", version=f"hotgauge {importlib.metadata.version('hotgauge')}")
+    loudness = whole.add_mutually_exclusive_group()
+    loudness.add_argument("-v", "--verbose", action="store_true", help="show where in the program an error arose")
+    loudness.add_argument("-q", "--quiet", action="store_true", help="no progress bar, and only warnings in the log")
+    shtab.add_argument_to(whole, "--completion", help="print the completion of this shell and end")
     commands = whole.add_subparsers(metavar="COMMAND", required=True)
     for name, (run, text, add_arguments) in COMMANDS.items():
-        command = commands.add_parser(name, help=text, description=f"{text}.")
+        command = commands.add_parser(
+            name,
+            help=text,
+            description=textwrap.fill(f"{text}.", HELP_COLUMNS),
+            epilog="\n".join(["examples:", *(f"  {example}" for example in EXAMPLES.get(name, ()))]),
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
         command.set_defaults(run=run)
         add_arguments(command)
     return whole
@@ -106,6 +151,12 @@ COMMANDS: dict[str, tuple[_Run, str, _AddArguments]] = {
         "Check a settings file and show what is in force",
         computer.add_check_config,
     ),
+    "board": (board.run_board, "Write a checkerboard to print, with rulers that show its scale", board.add_board),
+    "capture": (
+        capture.run_capture,
+        "Take pictures: of boards, the empty line, ingots, or a recording",
+        capture.add_capture,
+    ),
     "calibrate": (
         calibrate.run_calibrate,
         "Calibrate two cameras from pictures of a checkerboard",
@@ -113,7 +164,13 @@ COMMANDS: dict[str, tuple[_Run, str, _AddArguments]] = {
     ),
     "measure": (measure.run_measure, "Measure a recording and write its readings to a file", measure.add_measure),
     "orient": (orient.run_orient, "Say which end of the ingots in a recording faces the line", orient.add_orient),
+    "compare": (compare.run_compare, "Hold readings against the truth of their recording", compare.add_compare),
     "fuse": (fuse.run_fuse, "Fuse the two pictures of a pair into one and print its metrics", fuse.add_fuse),
+    "reproduce": (
+        reproduce.run_reproduce,
+        "Run the dissertation's experiments again and write a report beside its figures",
+        reproduce.add_reproduce,
+    ),
     "simulate": (simulate.run_simulate, "Write a recording of the simulated mill, with truth", simulate.add_simulate),
     "export": (history.run_export, "Write what the history keeps of a time to CSV or Parquet", history.add_export),
     "report": (history.run_report, "Write pages about the shifts of a time, as HTML or PDF", history.add_report),
@@ -137,5 +194,8 @@ COMMANDS: dict[str, tuple[_Run, str, _AddArguments]] = {
         "Make the certificates of the secure port and of its clients",
         certificates.add_certificates,
     ),
+    "page": (page.run_page, "Show the gauge to people, in a browser, until stopped", add_config),
+    "plan": (plan.run_plan, "Say what a mounting of two cameras would give, before anything is bought", plan.add_plan),
+    "page-user": (page.run_page_user, "Let somebody log in to the page, or no more", page.add_page_user),
     "poll": (plc.run_poll, "Show a gauge's live values, as a PLC reads them", plc.add_poll),
 }

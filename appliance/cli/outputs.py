@@ -1,5 +1,6 @@
 """Refuses output files that would destroy what a command reads."""
 
+import os
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -36,6 +37,17 @@ def refuse_lost_input(output: Path, inputs: Iterable[Path | None]) -> None:
         is_inside = read.is_dir() and place.is_relative_to(read) and _is_input(place)
         if place == read or is_inside or (read.is_file() and place.samefile(read)):
             raise CommandError(f"--output: {output} is read by this command and would be lost; give another file")
+
+
+def refuse_unwritable(output: Path) -> None:
+    """Raise `CommandError`, before any work is done, for an output that cannot be written when it is done."""
+    folder = output.parent
+    if not folder.is_dir():
+        raise CommandError(f"--output: {output}: there is no folder {folder}; make it, or give another file")
+    if output.is_dir():
+        raise CommandError(f"--output: {output} is a folder; give the name of a file in it")
+    if not os.access(folder, os.W_OK):
+        raise CommandError(f"--output: {folder} is not writable; give a file in a writable folder")
 
 
 def refuse_other_formats(output: Path) -> None:

@@ -3,8 +3,10 @@
 import enum
 import math
 
+from appliance.conformity.mean_uncertainty import MeanUncertainty
 from appliance.sizing.message import ReadingMessage
 from plc.rows import Value
+from vision.readings import SizeReading
 from vision.reasons import Reason
 
 BLIND_TIME_S = 2.0  # chosen: after so long without any reading, the next one begins a new bar
@@ -40,7 +42,7 @@ class BarStatistics:
     of a bar that is shorter than the measuring region.
 
     A bar begins with the first valid reading after a gap. It ends after `gap_s` of readings without a bar, or after
-    BLIND_TIME_S (at least `gap_s`) without any reading.
+    BLIND_TIME_S (at least `gap_s`) without any reading, and where a recording loops or jumps.
 
     Parameters
     ----------
@@ -51,15 +53,20 @@ class BarStatistics:
     def __init__(self, gap_s: float) -> None:
         self._gap_s = gap_s
         self._passing = False
+        self._stretch = 0
         self._seen_s = 0.0
         self._bars = 0
         self._readings = 0
         self._body = False
         self._smallest_mm = self._mean_mm = self._largest_mm = math.nan
+        self._mean = MeanUncertainty()
 
     def add(self, message: ReadingMessage) -> None:
         """Count a new reading."""
         reading = message.reading
+        if message.stretch != self._stretch:
+            self.end()
+            self._stretch = message.stretch
         away_s = message.exposed_monotonic_s - self._seen_s
         if Reason.NO_BAR in reading.reasons:
             self._passing = self._passing and away_s < self._gap_s
@@ -67,7 +74,7 @@ class BarStatistics:
         self._passing = self._passing and away_s < max(BLIND_TIME_S, self._gap_s)
         self._seen_s = message.exposed_monotonic_s
         if reading.valid:
-            self._add(reading.diameter_mm, body=part_of_bar(reading.reasons) is Part.BODY)
+            self._add(reading, body=part_of_bar(reading.reasons) is Part.BODY)
 
     @property
     def passing(self) -> bool:
@@ -85,9 +92,11 @@ class BarStatistics:
             "bar_min": self._smallest_mm,
             "bar_mean": self._mean_mm,
             "bar_max": self._largest_mm,
+            "bar_mean_expanded_uncertainty": self._mean.expanded_mm,
         }
 
-    def _add(self, diameter_mm: float, *, body: bool) -> None:
+    def _add(self, reading: SizeReading, *, body: bool) -> None:
+        diameter_mm = reading.diameter_mm
         if not self._passing:
             self._passing = True
             self._bars += 1
@@ -98,6 +107,8 @@ class BarStatistics:
             self._readings, self._body = 0, True
         if self._readings == 0:
             self._smallest_mm = self._mean_mm = self._largest_mm = diameter_mm
+            self._mean = MeanUncertainty()
+        self._mean.add(reading)
         self._readings += 1
         self._smallest_mm = min(self._smallest_mm, diameter_mm)
         self._mean_mm += (diameter_mm - self._mean_mm) / self._readings

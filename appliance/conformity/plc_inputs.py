@@ -6,6 +6,7 @@ publication. A disk that fails is a fault; the values in memory still count.
 
 import asyncio
 import json
+import logging
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -19,11 +20,15 @@ from plc.registers import REGISTERS
 from plc.rows import select
 
 FILE_NAME = "set_points.json"
+HOLD_RIGHTS = "hold_rights"  # key of the file: who might write, and so release, when the PLC began to hold
 SAVE_PERIOD_S = 1.0  # chosen: shortest time between two writes
 
 Written = dict[str, int | bool]
+Kept = Mapping[str, int | bool | str]
 Report = Callable[[str, str], None]
 """Receives the name of a fault and its detail; an empty detail ends the fault."""
+
+logger = logging.getLogger("hotgauge.set_points")
 
 _NOTHING_SET = SetPoints()
 _NOT_KEPT = {"plc_heartbeat"}
@@ -34,8 +39,8 @@ class PlcInputsError(HotgaugeError):
     """The file of set points cannot be used; the message says why."""
 
 
-def read(file: Path) -> Written:
-    """Read the set points and commands of a file; an empty dictionary if there is no file.
+def read(file: Path) -> Kept:
+    """Read the set points and commands of a file; nothing if there is no file.
 
     Raises
     ------
@@ -50,7 +55,7 @@ def read(file: Path) -> Written:
         raise PlcInputsError(f"{file}: {error}") from error
     if not isinstance(kept, dict):
         raise PlcInputsError(f"{file}: not a table of set points")
-    written = cast("Written", kept)
+    written = cast("dict[str, int | bool | str]", kept)
     wrong = [name for name, number in written.items() if not _is_possible(name, number)]
     if wrong:
         raise PlcInputsError(f"{file}: {wrong[0]} is not what the PLC can have written")
@@ -60,20 +65,22 @@ def read(file: Path) -> Written:
 def _is_possible(name: str, number: object) -> bool:
     if name == "hold":
         return isinstance(number, bool)
+    if name == HOLD_RIGHTS:
+        return isinstance(number, str)
     if isinstance(number, bool) or not isinstance(number, int):
         return False
     return name in _ROWS and _ROWS[name].accepts(number)
 
 
-def write(file: Path, written: Mapping[str, int | bool]) -> None:
+def write(file: Path, written: Kept) -> None:
     """Replace the file whole: a power cut leaves the old file or the new one.
 
     Parameters
     ----------
     file : Path
         Its folder is made if it is missing.
-    written : mapping of str to int or bool
-        Numbers of set points and levels of commands, by name.
+    written : mapping of str to int, bool or str
+        Numbers of set points and levels of commands, by name, and the rights under which a hold was begun.
 
     Raises
     ------
@@ -96,6 +103,8 @@ class PlcInputs:
         Receives the name of a fault of the disk and its detail; an empty detail ends the fault.
     settings : SetPoints
         What counts as long as the PLC has not set it.
+    rights : str
+        Who may write, in words. A hold that was begun under other rights is not taken over: nobody could release it.
 
     Attributes
     ----------
@@ -106,25 +115,35 @@ class PlcInputs:
         Monotonic time at which the PLC last changed its heartbeat; None before the first time.
     """
 
-    def __init__(self, folder: Path | None, report: Report, settings: SetPoints = _NOTHING_SET) -> None:
+    def __init__(
+        self, folder: Path | None, report: Report, settings: SetPoints = _NOTHING_SET, rights: str = ""
+    ) -> None:
         self.settings = settings
+        self._rights = rights
         self.written: Written = {}
         self.heartbeat_s: float | None = None
         self._file = None if folder is None else folder / FILE_NAME
         self._report = report
-        self._saved: Written = {}
+        self._saved: Kept | None = {}
         self._changed = asyncio.Event()
         self._one_at_a_time = threading.Lock()
 
     def load(self) -> None:
-        """Read the file; one that cannot be used is a fault until the next save."""
+        """Read the file; one that cannot be used is a fault until the next save, which `keep` begins with."""
         if self._file is None:
             return
         try:
-            self.written = read(self._file)
+            self._saved = read(self._file)
         except PlcInputsError as error:
             self._report("set_points_unreadable", str(error))
-        self._saved = self._to_keep()
+            self._saved = None
+            self._changed.set()
+            return
+        self.written = {name: value for name, value in self._saved.items() if not isinstance(value, str)}
+        if self._saved.get(HOLD_RIGHTS, self._rights) != self._rights:
+            logger.warning("plc.writes or plc.writers has changed while the PLC held the gauge: the hold is not kept")
+            self.written["hold"] = False
+            self._changed.set()
 
     @property
     def points(self) -> SetPoints:
@@ -171,9 +190,10 @@ class PlcInputs:
         self._report("set_points_not_saved", "")
         self._report("set_points_unreadable", "")
 
-    def _write(self, file: Path, to_keep: Written) -> None:
+    def _write(self, file: Path, to_keep: Kept) -> None:
         with self._one_at_a_time:  # the save at shutdown may overlap with one of `keep`
             write(file, to_keep)
 
-    def _to_keep(self) -> Written:
-        return {name: value for name, value in self.written.items() if name in _ROWS or name == "hold"}
+    def _to_keep(self) -> Kept:
+        kept = {name: value for name, value in self.written.items() if name in _ROWS or name == "hold"}
+        return kept | {HOLD_RIGHTS: self._rights} if self.held and self._rights else kept

@@ -26,7 +26,7 @@ class JudgingSettings(Section):
         default=300,
         ge=0,
         le=60000,
-        description="Time without a bar that parts two bars",
+        description="Time without a bar in view after which the next reading begins a new bar",
         json_schema_extra=unit("ms"),
     )
 
@@ -36,7 +36,7 @@ class CorrectionSettings(Section):
 
     gain: float = Field(default=0.5, ge=0, le=2, description="Share of the deviation that is corrected")
     dead_band_mm: float = Field(
-        default=0.1, ge=0, le=10, description="Deviation that is left alone", json_schema_extra=unit("mm")
+        default=0.1, ge=0, le=10, description="Deviation up to which nothing is corrected", json_schema_extra=unit("mm")
     )
     rate_mm_per_s: float = Field(
         default=0.5, gt=0, le=100, description="Fastest change of correction", json_schema_extra=unit("mm/s")

@@ -193,7 +193,9 @@ class Alarms:
             state.update(now_s, cause=not (suppressed or causes.isdisjoint(state.causes)))
 
     def acknowledge(self) -> None:
-        """Acknowledge every alarm that is there now."""
+        """Acknowledge every alarm that is shown now; while alarms are suppressed nobody has seen any."""
+        if self._suppressed:
+            return
         for state in self._states.values():
             state.acknowledged = True
 

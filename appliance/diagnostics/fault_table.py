@@ -278,6 +278,7 @@ FAULTS: tuple[FaultRow, ...] = (
         "what the PLC had written before the restart is lost",
         "let the PLC write its set points again",
         bit=15,
+        latching=True,
     ),
     FaultRow(
         503,

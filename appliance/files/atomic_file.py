@@ -11,12 +11,27 @@ FILE_MODE = 0o644  # all users may read it; `mkstemp` alone would give 0o600
 
 
 @contextlib.contextmanager
-def whole_place(path: Path) -> Generator[Path]:
-    """A place to write a file at, which gets its name only when all of it is on the disk; raises `OSError`."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+def whole_place(path: Path, mode: int = FILE_MODE) -> Generator[Path]:
+    """A place to write a file at, which gets its name only when all of it is on the disk.
+
+    Parameters
+    ----------
+    path : Path
+    mode : int
+        Who may read and write it.
+
+    Raises
+    ------
+    OSError
+        It cannot be written; the error names `path`, not the place that nobody has asked for.
+    """
+    try:
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error
     temporary = Path(name)
     try:
-        os.fchmod(handle, FILE_MODE)
+        os.fchmod(handle, mode)
         yield temporary
         os.fsync(handle)
         temporary.replace(path)
@@ -26,7 +41,23 @@ def whole_place(path: Path) -> Generator[Path]:
 
 
 @contextlib.contextmanager
-def whole_file(path: Path) -> Generator[TextIO]:
-    """Open a text file that appears under its name only when all of it is on the disk; raises `OSError`."""
-    with whole_place(path) as place, place.open("w", encoding="utf-8", newline="") as file:
+def whole_file(path: Path, mode: int = FILE_MODE) -> Generator[TextIO]:
+    """Open a text file that appears under its name only when all of it is on the disk; raises `OSError`.
+
+    Parameters
+    ----------
+    path : Path
+    mode : int
+        Who may read and write it.
+    """
+    with whole_place(path, mode) as place, place.open("w", encoding="utf-8", newline="") as file:
         yield file
+
+
+def file_state(file: Path | None) -> tuple[int, int, int]:
+    """Numbers that change when a file does; zeros for one that cannot be seen."""
+    try:
+        found = None if file is None else file.stat()
+    except OSError:
+        found = None
+    return (0, 0, 0) if found is None else (found.st_ino, found.st_mtime_ns, found.st_size)

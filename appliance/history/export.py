@@ -89,7 +89,7 @@ def write_parquet(table: Table, rows: Iterable[dict[str, Value]], output: Path) 
         pa: Any = importlib.import_module("pyarrow")
         pq: Any = importlib.import_module("pyarrow.parquet")
     except ImportError as error:
-        words = "Parquet needs pyarrow, which is not installed; pip install 'hotgauge[parquet]', or write CSV"
+        words = "Parquet needs pyarrow, which is not installed; pip install pyarrow, or write CSV"
         raise ParquetMissingError(f"{output}: {words}") from error
     types: dict[str, Any] = {
         "utc": pa.timestamp("ms", tz="UTC"),

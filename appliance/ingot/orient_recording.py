@@ -1,28 +1,54 @@
 """Reads the orientation of ingots in a recording and writes frames and ingots as JSON lines or CSV."""
 
-import math
+import contextlib
+from collections.abc import Callable
 from pathlib import Path
+from typing import TextIO
 
 from tqdm import tqdm
 
 from appliance.cameras.recording.pictures import PictureRecording
 from appliance.files.atomic_file import whole_file
-from appliance.files.row_writer import Row, Value, row_writer
+from appliance.files.columns import FileColumn
+from appliance.files.row_writer import Row, row_writer
 from appliance.ingot.annotated_pictures import Plot
+from appliance.ingot.learning import Confirmation, Learning
 from appliance.ingot.reader_setup import decision_rule, load_view, make_reader
 from appliance.ingot.settings import IngotSettings
+from appliance.ingot.summary import Summary
 from vision.ingot.sequential_decision import IngotDecision, IngotFollower
 from vision.readings import OrientationReading
 
-FRAME_FIELDS = ("present", "orientation", "ssim_top", "ssim_bottom", "center_x", "center_y", "radius", "reasons")
-INGOT_FIELDS = ("ingot", "orientation", "first_frame", "decided_frame", "confidence")
-COLUMNS: tuple[str, ...] = tuple(dict.fromkeys(("frame", *FRAME_FIELDS, *INGOT_FIELDS)))
+FRAME_COLUMNS = (
+    FileColumn("frame", "", None, "number of the frame"),
+    FileColumn("present", "", None, "whether an ingot's end lies on the line"),
+    FileColumn("orientation", "", None, "verdict of this frame alone: `top`, `bottom` or `undecided`"),
+    FileColumn("ssim_top", "", 4, "similarity to the reference of the top, -1 to 1"),
+    FileColumn("ssim_bottom", "", 4, "similarity to the reference of the bottom, -1 to 1"),
+    FileColumn("center_x", "px", 2, "column of the end's centre in the whole picture"),
+    FileColumn("center_y", "px", 2, "row of the end's centre in the whole picture"),
+    FileColumn("radius", "px", 2, "radius of the end"),
+    FileColumn("reasons", "", None, "flags of [reasons of ingots](reasons.md#reason-flags-of-ingots)"),
+)
+INGOT_COLUMNS = (
+    FileColumn("ingot", "", None, "number of the ingot in this recording, from 1"),
+    FileColumn("orientation", "", None, "verdict on the ingot: `top`, `bottom` or `undecided`"),
+    FileColumn("first_frame", "", None, "first frame that shows its end"),
+    FileColumn("decided_frame", "", None, "frame of the verdict; empty for an ingot that stayed undecided"),
+    FileColumn("confidence", "%", 3, "probability of the verdict by the classifier's own statistics"),
+)
 
 
 def orient_recording(
-    recording: Path, references: Path, output: Path, settings: IngotSettings, plot: Path | None = None
-) -> None:
-    """Read every picture of a recording; the output appears whole or not at all.
+    recording: Path,
+    references: Path,
+    output: Path,
+    settings: IngotSettings,
+    *,
+    plot: Path | None = None,
+    learn: Confirmation | None = None,
+) -> list[str]:
+    """Read every picture of a recording; the output appears whole or not at all. Lines of a summary.
 
     Parameters
     ----------
@@ -31,11 +57,14 @@ def orient_recording(
     references : Path
         Folder with `top.png`, `bottom.png` and perhaps `roi.json`.
     output : Path
-        File to write: CSV if its suffix is `.csv`, else JSON lines.
+        File to write: JSON lines of frames and ingots; with the suffix `.csv` frames alone, and ingots in
+        `ingots_file`.
     settings : IngotSettings
         Classifier, limits, regions and rule of decision.
     plot : Path or None
         Folder for annotated frames and a strip of the ends.
+    learn : {"agreement", "top", "bottom"}, optional
+        Learn references from ingots whose pictures agree, or that an operator says are all of one kind.
 
     Raises
     ------
@@ -49,22 +78,45 @@ def orient_recording(
     view = load_view(references)
     frames = PictureRecording(recording)
     pictures = Plot(plot) if plot is not None else None
-    with whole_file(output) as file:
-        write = row_writer(output, file, COLUMNS)
+    learning = Learning(references, settings.classifier, learn) if learn is not None else None
+    summary = Summary()
+    with contextlib.ExitStack() as files:
+        write_frame, write_ingot = _writers(output, files)
         follower = IngotFollower(decision_rule(settings.decision))
         reader = None
         for frame, picture in tqdm(frames, unit="frame", disable=None):
             reader = reader or make_reader(settings, view, picture)
             reading = reader.read(picture)
-            write(frame_row(frame, reading))
+            summary.add_frame(reading)
+            write_frame(frame_row(frame, reading))
             for decision in follower.add(frame, reading):
-                write(ingot_row(decision))
+                summary.add_ingot(decision)
+                write_ingot(ingot_row(decision))
+            if learning is not None and learning.add(frame, picture, reading, follower.current):
+                view, reader = load_view(references), None
             if pictures is not None:
                 pictures.add(frame, picture, reading, follower.current)
         for decision in follower.end():
-            write(ingot_row(decision))
+            summary.add_ingot(decision)
+            write_ingot(ingot_row(decision))
     if pictures is not None:
         pictures.write_strip()
+    return summary.lines()
+
+
+def ingots_file(output: Path) -> Path:
+    """File of the ingots beside a CSV file of the frames: `ends-ingots.csv` beside `ends.csv`."""
+    return output.with_name(f"{output.stem}-ingots{output.suffix}")
+
+
+def _writers(output: Path, files: contextlib.ExitStack) -> tuple[Callable[[Row], None], Callable[[Row], None]]:
+    """Functions that write a frame's row and an ingot's: into one file of JSON lines, or into two of CSV."""
+    frames: TextIO = files.enter_context(whole_file(output))
+    write_frame = row_writer(output, frames, [column.name for column in FRAME_COLUMNS])
+    if output.suffix.lower() != ".csv":
+        return write_frame, write_frame
+    ingots: TextIO = files.enter_context(whole_file(ingots_file(output)))
+    return write_frame, row_writer(output, ingots, [column.name for column in INGOT_COLUMNS])
 
 
 def frame_row(frame: int, reading: OrientationReading) -> Row:
@@ -76,17 +128,11 @@ def frame_row(frame: int, reading: OrientationReading) -> Row:
         Number of the frame.
     reading : OrientationReading
     """
-    values: Row = {"frame": frame} | {name: _or_none(getattr(reading, name)) for name in FRAME_FIELDS}
-    return values | {"reasons": reading.reasons.names}
+    values = {"frame": frame, "reasons": reading.reasons.names}
+    found = {column.name: values.get(column.name, getattr(reading, column.name, None)) for column in FRAME_COLUMNS}
+    return {column.name: column.written(found[column.name]) for column in FRAME_COLUMNS}
 
 
 def ingot_row(decision: IngotDecision) -> Row:
     """Row of one ingot."""
-    values: Row = {name: _or_none(getattr(decision, name)) for name in INGOT_FIELDS}
-    return values | {"confidence": round(decision.confidence, 3)}
-
-
-def _or_none(value: Value) -> Value:
-    if not isinstance(value, float):
-        return value
-    return round(value, 4) if math.isfinite(value) else None
+    return {column.name: column.written(getattr(decision, column.name)) for column in INGOT_COLUMNS}

@@ -2,15 +2,15 @@
 
 import json
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from appliance.cameras.recording.picture_file import read_picture
-from appliance.cameras.source import CameraError
 from appliance.errors import HotgaugeError
-from appliance.ingot.settings import IngotDecisionSettings, IngotLimits, IngotSettings
+from appliance.ingot.learned_references import LearnedReferencesError, current_number, pair
+from appliance.ingot.settings import ComparisonSettings, IngotDecisionSettings, IngotLimits, IngotSettings
+from vision.ingot.classifiers.similarity import Comparison, Exponents
 from vision.ingot.end_finder import Box, EndFinder, EndLimits
 from vision.ingot.orientation_reader import IngotView, OrientationReader, References
 from vision.ingot.sequential_decision import DecisionRule
@@ -28,7 +28,7 @@ class ReferencesError(HotgaugeError):
 
 
 def load_view(folder: Path) -> IngotView:
-    """Read `top.png`, `bottom.png` and, if it is there, `roi.json`.
+    """Read the references in use, those of `top.png` and `bottom.png` unless others were learned, and `roi.json`.
 
     Raises
     ------
@@ -36,21 +36,21 @@ def load_view(folder: Path) -> IngotView:
         A file is missing, unreadable or malformed.
     """
     try:
-        top, bottom = (read_picture(folder / name).shown for name in ("top.png", "bottom.png"))
-    except CameraError as error:
+        top, bottom = pair(folder, current_number(folder))
+    except LearnedReferencesError as error:
         raise ReferencesError(f"{error}; references are top.png and bottom.png") from error
     return IngotView(References(top, bottom), *_regions(folder / "roi.json"))
 
 
 def _regions(file: Path) -> tuple[Box | None, Box | None]:
     try:
-        regions = json.loads(file.read_text(encoding="utf-8"))
+        regions = json.loads(file.read_text(encoding="utf-8-sig"))
         return _box(regions["roi_crop"]), _box(regions["roi_centroid"])
     except FileNotFoundError:
         return None, None
     except OSError as error:
         raise ReferencesError(f"{file}: cannot be read ({error.strerror}); check its permissions") from error
-    except (ValueError, TypeError, KeyError) as error:
+    except (ValueError, TypeError, KeyError, OverflowError, RecursionError) as error:
         raise ReferencesError(
             f"{file}: no regions in it; give roi_crop and roi_centroid as [x, y, width, height] in whole pixels"
         ) from error
@@ -61,6 +61,65 @@ def _box(numbers: object) -> Box:
     if min(box.x, box.y) < 0 or min(box.width, box.height) < 1:
         raise ValueError(f"{tuple(box)} is no box")
     return box
+
+
+class IngotRegions(NamedTuple):
+    """Where in the picture ends are looked for.
+
+    Attributes
+    ----------
+    crop, centroid : Box
+    """
+
+    crop: Box
+    centroid: Box
+
+
+def ingot_regions(settings: IngotSettings, view: IngotView | None, picture: Picture) -> IngotRegions:
+    """Regions of the settings, else of the view, else shares of the picture.
+
+    Parameters
+    ----------
+    settings : IngotSettings
+    view : IngotView or None
+    picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        One of the pictures to be read.
+
+    Raises
+    ------
+    ReferencesError
+        The picture does not hold the crop.
+    """
+    rows, columns = picture.shape[:2]
+    own_crop, own_centroid = (None, None) if view is None else (view.crop, view.centroid)
+    crop = Box(*settings.crop) if settings.crop else own_crop or _share(CROP_SHARE, rows, columns)
+    centroid = Box(*settings.centroid) if settings.centroid else own_centroid or _share(CENTROID_SHARE, rows, columns)
+    if crop.x + crop.width > columns or crop.y + crop.height > rows:
+        raise ReferencesError(
+            f"the crop {list(crop)} does not lie in pictures of {columns} x {rows}; set ingot.crop or mend roi.json"
+        )
+    return IngotRegions(crop, centroid)
+
+
+def make_finder(regions: IngotRegions, limits: IngotLimits, picture: Picture) -> EndFinder:
+    """Make the finder of ends for pictures of this size.
+
+    Parameters
+    ----------
+    regions : IngotRegions
+    limits : IngotLimits
+    picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        One of the pictures to be read.
+
+    Raises
+    ------
+    ReferencesError
+        The limits exclude everything.
+    """
+    try:
+        return EndFinder(*regions, _limits(limits, picture.shape[1]))
+    except ValueError as error:
+        raise ReferencesError(f"ingot.limits: {error}") from error
 
 
 def make_reader(settings: IngotSettings, view: IngotView, picture: Picture) -> OrientationReader:
@@ -77,20 +136,18 @@ def make_reader(settings: IngotSettings, view: IngotView, picture: Picture) -> O
     Raises
     ------
     ReferencesError
-        The picture does not hold the crop, or the limits exclude everything.
+        The picture does not hold the crop, the limits exclude everything, or a reference is no picture.
     """
-    rows, columns = picture.shape[:2]
-    crop = Box(*settings.crop) if settings.crop else view.crop or _share(CROP_SHARE, rows, columns)
-    centroid = Box(*settings.centroid) if settings.centroid else view.centroid or _share(CENTROID_SHARE, rows, columns)
-    if crop.x + crop.width > columns or crop.y + crop.height > rows:
-        raise ReferencesError(
-            f"the crop {list(crop)} does not lie in pictures of {columns} x {rows}; set ingot.crop or mend roi.json"
-        )
+    finder = make_finder(ingot_regions(settings, view, picture), settings.limits, picture)
     try:
-        finder = EndFinder(crop, centroid, _limits(settings.limits, columns))
-        return OrientationReader(finder, view.references, settings.classifier)
+        return OrientationReader(finder, view.references, settings.classifier, _comparison(settings.comparison))
     except ValueError as error:
         raise ReferencesError(f"ingot.limits: {error}") from error
+
+
+def _comparison(settings: ComparisonSettings) -> Comparison:
+    exponents = Exponents(settings.luminance, settings.contrast, settings.structure)
+    return Comparison(exponents, settings.circular, settings.threshold)
 
 
 def _share(share: tuple[float, float, float, float], rows: int, columns: int) -> Box:

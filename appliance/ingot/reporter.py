@@ -26,8 +26,14 @@ class IngotReporter:
 
     def __init__(self, settings: IngotSettings) -> None:
         self._follower = IngotFollower(decision_rule(settings.decision))
+        self._stretch = 0
         self._seen_s = math.inf  # before the first picture nothing is missed
         self._decided: collections.deque[IngotVerdict] = collections.deque(maxlen=REPEATED_DECISIONS)
+
+    @property
+    def current(self) -> IngotDecision | None:
+        """Decision on the ingot on the line, or its evidence so far; None without an ingot."""
+        return self._follower.current
 
     def report(
         self, frame: Frame, reading: OrientationReading, elapsed_ms: float, *, dropped: int, simulated: bool
@@ -47,7 +53,7 @@ class IngotReporter:
             Whether the pictures come from a simulation or a recording.
         """
         now_ms = utc_ms(time.monotonic())
-        decisions = self._end_unseen(frame.exposed_monotonic_s) + self._follower.add(frame.sequence, reading)
+        decisions = self._end_unseen(frame) + self._follower.add(frame.sequence, reading)
         self._decided.extend(_verdict(decision, now_ms) for decision in decisions)
         current = self._follower.current
         return IngotMessage(
@@ -61,10 +67,11 @@ class IngotReporter:
             told=tuple(self._decided),
         )
 
-    def _end_unseen(self, exposed_s: float) -> list[IngotDecision]:
-        """End the ingot when the camera was away for so long that another one may lie there."""
-        unseen_s, self._seen_s = exposed_s - self._seen_s, exposed_s
-        return self._follower.end() if unseen_s > UNSEEN_S else []
+    def _end_unseen(self, frame: Frame) -> list[IngotDecision]:
+        """End the ingot when the camera was away for so long that another may lie there, or a recording jumped."""
+        unseen_s, self._seen_s = frame.exposed_monotonic_s - self._seen_s, frame.exposed_monotonic_s
+        stretch_before, self._stretch = self._stretch, frame.stretch
+        return self._follower.end() if unseen_s > UNSEEN_S or frame.stretch != stretch_before else []
 
 
 def _verdict(decision: IngotDecision, now_ms: int) -> IngotVerdict:

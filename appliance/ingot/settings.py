@@ -1,6 +1,8 @@
 """Settings of the ingot station."""
 
-from pydantic import Field
+from typing import Self
+
+from pydantic import Field, model_validator
 
 from appliance.cameras.kinds import IngotCamera
 from appliance.cameras.off.settings import NoCamera
@@ -48,7 +50,10 @@ class IngotLimits(Section):
         json_schema_extra=unit("°"),
     )
     length: float = Field(
-        default=2.0, ge=1, le=10, description="Longest ingot as it is seen, in diameters of its end; longer ones hang"
+        default=2.0,
+        ge=1,
+        le=10,
+        description="Longest visible ingot, in diameters of its end; a longer one is being lowered on end",
     )
     arc: float = Field(default=0.6, gt=0, le=1, description="Least visible share of the end's lower half circle")
     red_floor: int = Field(default=100, ge=1, le=254, description="Lowest threshold of the red channel")
@@ -87,13 +92,42 @@ class IngotDecisionSettings(Section):
         json_schema_extra=unit("%"),
     )
     late_frames: int = Field(
-        default=15, ge=2, le=10000, description="Pictures after which the late probabilities count"
+        default=15,
+        ge=2,
+        le=10000,
+        description="Pictures of an undecided ingot after which the late probabilities apply",
     )
-    least_frames: int = Field(default=3, ge=1, le=1000, description="Pictures before which nothing is decided")
+    least_frames: int = Field(default=3, ge=1, le=1000, description="Fewest pictures of an ingot before it is decided")
     still: float = Field(
-        default=0.2, gt=0, le=2, description="Farthest way between two pictures of an ingot that lies, in radii"
+        default=0.2,
+        gt=0,
+        le=2,
+        description="Largest movement of a resting ingot between two pictures, in radii of its end",
     )
-    gone_frames: int = Field(default=5, ge=1, le=1000, description="Pictures without an end after which it is gone")
+    gone_frames: int = Field(
+        default=5,
+        ge=1,
+        le=1000,
+        description="Pictures in a row without an ingot's end after which the ingot counts as gone",
+    )
+
+
+class ComparisonSettings(Section):
+    """Structural similarity of an end with the references, eq. 6.1."""
+
+    threshold: float = Field(
+        default=0.75, gt=-1, lt=1, description="Similarity with the top from which `single` calls an end a top"
+    )
+    circular: bool = Field(default=False, description="Compare the end's circle; false: the square around it")
+    luminance: float = Field(default=1.0, ge=0, le=10, description="Exponent alpha")
+    contrast: float = Field(default=1.0, ge=0, le=10, description="Exponent beta")
+    structure: float = Field(default=1.0, ge=0, le=10, description="Exponent gamma")
+
+    @model_validator(mode="after")
+    def _check_exponents(self) -> Self:
+        if self.luminance == self.contrast == self.structure == 0:
+            raise ValueError("luminance, contrast, structure: all are 0; give one of them a weight")
+        return self
 
 
 class IngotSettings(Section):
@@ -102,20 +136,29 @@ class IngotSettings(Section):
     camera: IngotCamera = Field(default_factory=NoCamera, description="Where pictures come from")
     references: FilePath | None = Field(
         default=None,
-        description="Folder with top.png, bottom.png and perhaps roi.json; the simulated line can do without",
+        description="Folder with top.png, bottom.png and perhaps roi.json; not needed for the simulated line",
     )
     classifier: ClassifierName = Field(
         default="relief", description="How one picture is judged; dual and single are those of the dissertation"
     )
-    crop: Box = Field(default=[], description="Part of the picture that is looked at; []: as roi.json says")
+    learn: bool = Field(
+        default=False,
+        description="Keep better references from ingots whose pictures agree, in the folder learned of references",
+    )
+    comparison: ComparisonSettings = Field(
+        default_factory=ComparisonSettings, description="How ends are compared with the references"
+    )
+    crop: Box = Field(
+        default=[], description="Part of the picture in which ingots are searched; []: the part in roi.json"
+    )
     centroid: Box = Field(
-        default=[], description="Where the middle of an ingot on the line may be; []: as roi.json says"
+        default=[], description="Where the middle of an ingot on the line may be; []: the area in roi.json"
     )
     stale_after_ms: int = Field(
         default=2000,
         ge=100,
         le=60000,
-        description="Age from which a picture says nothing any more",
+        description="Age of the newest picture above which no orientation is served",
         json_schema_extra=unit("ms"),
     )
     memory_max_mb: int = Field(

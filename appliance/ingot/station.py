@@ -3,20 +3,27 @@
 The supervisor runs it as `python -m appliance.ingot.station DESCRIPTOR`; see `appliance.processes.station_process`.
 """
 
+import contextlib
 import threading
 import time
+from functools import partial
 
+import numpy as np
 from pydantic import TypeAdapter
 
 from appliance.cameras.liveness import Exposure, Liveness
-from appliance.cameras.source import CameraError, EndOfRecording
+from appliance.cameras.source import CameraError, EndOfRecording, Frame
+from appliance.ingot.learned_references import LearnedReferencesError
+from appliance.ingot.learning import Learning
 from appliance.ingot.reader_setup import ReferencesError, load_view, make_reader
 from appliance.ingot.reporter import IngotReporter
 from appliance.ingot.settings import IngotSettings
 from appliance.processes.link import StationLink
 from appliance.processes.message import StateMessage
+from appliance.processes.preview import Line, Lines, PreviewWriter
 from appliance.processes.station_process import fault, report_rejected, serve
 from vision.ingot.orientation_reader import IngotView, OrientationReader
+from vision.readings import OrientationReading
 
 PICTURE_TIMEOUT_S = 0.2  # chosen
 RETRY_PAUSE_S = 1.0  # chosen: pause after equipment trouble
@@ -46,7 +53,7 @@ def run(settings: IngotSettings, link: StationLink, closed: threading.Event) -> 
                 link.send(fault("recording_over", str(error)))
         except CameraError as error:
             link.send(fault(error.fault, str(error)))
-        except ReferencesError as error:
+        except (ReferencesError, LearnedReferencesError) as error:
             link.send(fault("references_unusable", str(error)))
         closed.wait(RETRY_PAUSE_S)
 
@@ -54,6 +61,8 @@ def run(settings: IngotSettings, link: StationLink, closed: threading.Event) -> 
 def _read(settings: IngotSettings, ingots: "IngotReporter", link: StationLink, closed: threading.Event) -> None:
     source = settings.camera.make_source()
     view = _view(settings)
+    learning = _learning(settings)
+    preview = PreviewWriter("ingot")
     reader: OrientationReader | None = None
     with source:
         link.send(StateMessage(state="starting"))
@@ -68,8 +77,36 @@ def _read(settings: IngotSettings, ingots: "IngotReporter", link: StationLink, c
             started_s = time.perf_counter()
             reading = reader.read(frame.picture)
             elapsed_ms = 1000 * (time.perf_counter() - started_s)
+            preview.offer([frame.picture], partial(_lines, reading), _figures(reading, frame))
             message = ingots.report(frame, reading, elapsed_ms, dropped=link.dropped, simulated=source.simulated)
             link.send(message.model_copy(update={"faults": verdict.faults}))
+            with contextlib.suppress(OSError):  # a full disk costs what could be learned, not the readings
+                if learning is not None and learning.add(frame.sequence, frame.picture, reading, ingots.current):
+                    view, reader = _view(settings), None
+
+
+def _learning(settings: IngotSettings) -> Learning | None:
+    """What learns references; None where nothing is to be learned, or the references have no folder."""
+    if not settings.learn or settings.references is None:
+        return None
+    return Learning(settings.references, settings.classifier, "agreement")
+
+
+def _lines(reading: OrientationReading) -> Lines:
+    turn = np.linspace(0, 2 * np.pi, 60)
+    circle = np.column_stack([np.cos(turn), np.sin(turn)]) * reading.radius + (reading.center_x, reading.center_y)
+    return [[Line("end", circle)]]
+
+
+def _figures(reading: OrientationReading, frame: Frame) -> dict[str, float | None]:
+    """What the page shows beside the picture."""
+    return {
+        "sequence": frame.sequence,
+        "exposed_utc_ms": frame.exposed_utc_ms,
+        "exposure_us": frame.exposure_us,
+        "ssim_top": reading.ssim_top,
+        "ssim_bottom": reading.ssim_bottom,
+    }
 
 
 def _view(settings: IngotSettings) -> IngotView:

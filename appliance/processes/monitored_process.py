@@ -27,13 +27,17 @@ FAILING_PAUSE_S = 30.0  # chosen
 GOOD_RUN_TIME_S = 30.0  # chosen: readings for so long end `failing`, and the count of ends begins anew
 
 
+State = Literal["running", "renewing", "restarting", "failing"]
+
+
 class Health(NamedTuple):
     """State of a station's process.
 
     Attributes
     ----------
-    state : {"running", "restarting", "failing"}
-        `running`: readings come. `restarting`: the process ended and is started again at once. `failing`: it ended
+    state : {"running", "renewing", "restarting", "failing"}
+        `running`: readings come. `renewing`: the process was ended for new settings.
+        `restarting`: the process ended and is started again at once. `failing`: it ended
         `ENDS_BEFORE_FAILING` times in a row and has not sent readings for `GOOD_RUN_TIME_S` since.
     ended : bool
         Whether a process has just ended.
@@ -41,7 +45,7 @@ class Health(NamedTuple):
         Why the process ended; with `failing` also when the next one starts.
     """
 
-    state: Literal["running", "restarting", "failing"]
+    state: State
     ended: bool = False
     detail: str = ""
 
@@ -77,7 +81,7 @@ class MonitoredProcess(Generic[MessageT]):
         self._on_message = on_message
         self._on_health = on_health
         self._life: asyncio.Task[str] | None = None
-        self._state: Literal["running", "restarting", "failing"] = "running"
+        self._state: State = "running"
         self._ends = 0
         self._measures_since_s = math.inf
 
@@ -92,7 +96,7 @@ class MonitoredProcess(Generic[MessageT]):
                 if (task := asyncio.current_task()) and task.cancelling():
                     raise
                 self._ends = 0  # `renew` has cancelled the process, not the caller `run`
-                self._report("restarting", ended=True, detail="the measuring process is started with new settings")
+                self._report("renewing", ended=True)
                 continue
             await asyncio.sleep(self._count_end(reason))
 
@@ -123,9 +127,7 @@ class MonitoredProcess(Generic[MessageT]):
     def _runs_well(self) -> bool:
         return time.monotonic() - self._measures_since_s > GOOD_RUN_TIME_S
 
-    def _report(
-        self, state: Literal["running", "restarting", "failing"], *, ended: bool = False, detail: str = ""
-    ) -> None:
+    def _report(self, state: State, *, ended: bool = False, detail: str = "") -> None:
         if ended or state != self._state:
             self._state = state
             self._on_health(Health(state, ended, detail))

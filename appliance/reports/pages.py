@@ -29,7 +29,7 @@ def library(name: str, output: Path) -> Any:
     try:
         return importlib.import_module(name)
     except (ImportError, OSError) as error:  # OSError: the library is there, and Debian's Pango is not
-        words = "pages need more libraries; pip install 'hotgauge[report]' and apt-get install libpangoft2-1.0-0"
+        words = "pages need: pip install jinja2 matplotlib weasyprint, and apt-get install libpangoft2-1.0-0"
         raise ReportMissingError(f"{output}: {words} ({error})") from error
 
 

@@ -145,7 +145,7 @@ def _service(_: Settings) -> Check:
     if not Path("/run/systemd/system").is_dir():
         return Check("service", "note", "this computer does not run systemd; start `hotgauge run` by other means")
     if not service.available():
-        return Check("service", "BAD", "systemd-python is missing; pip install 'hotgauge[systemd]'")
+        return Check("service", "BAD", "systemd-python is missing; pip install systemd-python")
     if not (Path("/") / UNIT).is_file():
         return Check("service", "note", "not installed; as root: hotgauge install")
     asked = subprocess.run(["systemctl", "is-active", UNIT.name], check=False, capture_output=True, text=True)
@@ -182,6 +182,8 @@ def _writable(name: str, folder: Path, what: str) -> Check:
         with tempfile.TemporaryFile(dir=there):
             free_mb = shutil.disk_usage(there).free >> 20
     except OSError as error:
+        if error.errno == errno.EACCES and os.geteuid() != 0:  # it belongs to the service's user, as it should
+            return Check(name, "note", f"{folder}: not writable for you; run the doctor with sudo to check it")
         return Check(name, "BAD", f"{folder}: {error.strerror}; make it writable for the user of the service")
     if free_mb < LEAST_FREE_SPACE_MB:
         return Check(name, "BAD", f"{folder}: {free_mb} MB free; make room for {LEAST_FREE_SPACE_MB} MB")

@@ -1,5 +1,6 @@
 """Installs the gauge as a systemd service on a Debian computer, and removes it."""
 
+import importlib.util
 import os
 import shutil
 import subprocess
@@ -13,6 +14,7 @@ from appliance.service import systemd as service
 
 CONFIG = Path("etc/hotgauge/hotgauge.toml")
 UNIT = Path("etc/systemd/system/hotgauge.service")
+PAGE_UNIT = Path("etc/systemd/system/hotgauge-page.service")
 CACHE = Path("var/cache/hotgauge")
 STATE = Path("var/lib/hotgauge")
 HOME_FOLDERS = (Path("/home"), Path("/root"), Path("/run/user"))
@@ -34,6 +36,7 @@ FILES = (
     _File("sysusers.conf", Path("etc/sysusers.d/hotgauge.conf")),
     _File("tmpfiles.conf", Path("etc/tmpfiles.d/hotgauge.conf")),
     _File("udev.rules", Path("etc/udev/rules.d/70-hotgauge.rules")),
+    _File("hotgauge-page.service", PAGE_UNIT),
 )
 
 
@@ -44,7 +47,7 @@ def templates() -> Path:
 
 
 def install(root: Path) -> Iterator[str]:
-    """Write all files, then enable and start the service; an existing settings file is kept.
+    """Write all files, then enable the service and start it, or start it anew; an existing settings file is kept.
 
     Parameters
     ----------
@@ -71,8 +74,10 @@ def install(root: Path) -> Iterator[str]:
         _run("systemd-tmpfiles", "--create", root / FILES[2].target)
         _reload_udev()
         _run("systemctl", "daemon-reload")
-        _run("systemctl", "enable", "--now", "--no-block", UNIT.name)
+        _run("systemctl", "enable", UNIT.name)
+        _run("systemctl", "restart", "--no-block", UNIT.name)  # one that runs already has the program of before
         yield f"{UNIT.name} is enabled and starts; see it with: systemctl status hotgauge"
+        yield _enable_page()
 
 
 def remove(root: Path) -> Iterator[str]:
@@ -94,11 +99,10 @@ def remove(root: Path) -> Iterator[str]:
     live = root == Path("/")
     if live:
         _check_root()
-        if (root / UNIT).exists():
-            _run("systemctl", "disable", "--now", UNIT.name)
+        _disable(root)
     for file in FILES:
         yield from _delete(root / file.target)
-    if (root / CONFIG).is_file() and (root / CONFIG).read_text(encoding="utf-8") == _text("hotgauge.toml"):
+    if (root / CONFIG).is_file() and (root / CONFIG).read_bytes() == _text("hotgauge.toml").encode():
         yield from _delete(root / CONFIG)
     if (root / CACHE).is_dir():
         shutil.rmtree(root / CACHE)
@@ -121,11 +125,25 @@ def _check_computer() -> None:
     if not service.available():
         raise InstallError(
             "systemd-python is missing, without which the service is never ready; "
-            "apt-get install gcc pkg-config libsystemd-dev python3-dev, then pip install 'hotgauge[systemd]'"
+            "apt-get install gcc pkg-config libsystemd-dev python3-dev, then pip install systemd-python"
         )
     for place in (Path(sys.executable), Path(sys.base_prefix), templates()):
         if any(place.resolve().is_relative_to(home) for home in HOME_FOLDERS):
             raise InstallError(f"{place}: a service sees no home directories; install hotgauge in a venv in /opt")
+
+
+def _enable_page() -> str:
+    """Enable and start the page if its libraries are here."""
+    if importlib.util.find_spec("starlette") is None:
+        return f"{PAGE_UNIT.name} stays off: for the page in a browser, pip install 'hotgauge[page]' and install again"
+    _run("systemctl", "enable", "--now", "--no-block", PAGE_UNIT.name)
+    return f"{PAGE_UNIT.name} is enabled and starts; say who may log in with: hotgauge page-user"
+
+
+def _disable(root: Path) -> None:
+    for unit in (PAGE_UNIT, UNIT):
+        if (root / unit).exists():
+            _run("systemctl", "disable", "--now", unit.name)
 
 
 def _check_root() -> None:
@@ -138,7 +156,13 @@ def _text(source: str) -> str:
         text = (templates() / source).read_text(encoding="utf-8")
     except OSError as error:
         raise InstallError(f"{templates() / source}: {error.strerror}; install hotgauge again") from error
-    return text.replace("@PYTHON@", sys.executable)
+    return text.replace("@PYTHON@", _quoted(sys.executable))
+
+
+def _quoted(path: str) -> str:
+    """Path as one word of a unit file (systemd.syntax, systemd.service): quoted, without specifiers."""
+    quoted = path.replace("\\", r"\\").replace('"', r"\"").replace("%", "%%")
+    return f'"{quoted}"'
 
 
 def _write(path: Path, text: str, *, keep: bool) -> str:

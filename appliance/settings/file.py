@@ -51,12 +51,12 @@ def load(path: Path | None, root: type[RootT]) -> RootT:
         raise SettingsError(f"{path}: {error.strerror}; give an existing TOML file") from error
     except UnicodeDecodeError as error:
         raise SettingsError(f"{path}: not a text in UTF-8; give a TOML file") from error
-    except tomllib.TOMLDecodeError as error:
-        raise SettingsError(f"{path}: not well-formed TOML: {error}") from error
     except ValidationError as error:
         raise SettingsError(
             f"{path}: " + "; ".join(mask(_sentence(detail, root)) for detail in error.errors())
         ) from None
+    except (ValueError, RecursionError) as error:  # also of a number of thousands of digits, which is none of ours
+        raise SettingsError(f"{path}: not well-formed TOML: {error}") from error
 
 
 def _sentence(detail: ErrorDetails, root: type[BaseModel]) -> str:
@@ -95,15 +95,26 @@ def _elsewhere(row: SettingRow, kinds: tuple[Kind, ...]) -> list[Kind]:
     return [kind for kind in row.kinds if there.get(kind.key, kind.choice) != kind.choice]
 
 
+def _alike(key: str, section: str, keys: list[str]) -> str:
+    """Known key spelt most like this one: of its own section, else of another; empty for none."""
+    here = {other.removeprefix(f"{section}."): other for other in keys if other.rpartition(".")[0] == section}
+    near = difflib.get_close_matches(key.rpartition(".")[2], here, n=1, cutoff=0.75)
+    if near:
+        return here[near[0]]
+    names = {other.rpartition(".")[2]: other for other in keys}
+    same = difflib.get_close_matches(key.rpartition(".")[2], names, n=1, cutoff=0.75)
+    return names[same[0]] if same else next(iter(difflib.get_close_matches(key, keys, n=1, cutoff=0.85)), "")
+
+
 def _nearest(key: str, kinds: tuple[Kind, ...], rows: tuple[SettingRow, ...]) -> str:
     section = key.rpartition(".")[0]
     wanted = [_elsewhere(row, kinds) for row in rows if row.key == key or row.key.startswith(f"{key}.")]
     if wanted:
         return f"it needs {' and '.join(map(str, min(wanted, key=len)))}; leave it out"
     keys = sorted({row.key for row in rows})
-    near = difflib.get_close_matches(key, keys, n=1)
+    near = _alike(key, section, keys)
     if near:
-        return f"did you mean {near[0]}?"
+        return f"did you mean {near}?"
     sections = dict.fromkeys(other.partition(".")[0] for other in (row.key for row in rows))
     here = [other for other in keys if other.startswith(f"{section}.")] or [f"[{name}]" for name in sections]
     return "known here: " + ", ".join(here)

@@ -1,10 +1,12 @@
 """Shared parts of all plots of readings: the plotting library, its absence, marks of frames without a value."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from appliance.errors import HotgaugeError
+from appliance.files.atomic_file import whole_place
 
 DOTS_PER_INCH = 100
 
@@ -19,9 +21,24 @@ def figure_class() -> Any:  # its stubs leave most argument types open
         from matplotlib.figure import Figure  # noqa: PLC0415  takes 200 ms, which only plots need
     except ImportError as error:
         raise PlotsMissingError(
-            "--plot: plots need Matplotlib, which is not installed; install it with: pip install 'hotgauge[plots]'"
+            "--plot: plots need Matplotlib, which is not installed; install it with: pip install matplotlib"
         ) from error
     return Figure
+
+
+def save_figure(figure: Any, path: Path) -> None:
+    """Write a figure as PNG, whole or not at all; raises `OSError` that names the file.
+
+    Parameters
+    ----------
+    figure : Figure
+    path : Path
+    """
+    with whole_place(path) as place:
+        try:
+            figure.savefig(place, format="png", dpi=DOTS_PER_INCH)
+        except OSError as error:  # of a full disk, which names no file
+            raise OSError(error.errno, error.strerror, str(path)) from error
 
 
 def mark_frames(axes: Any, frames: list[int]) -> None:

@@ -7,6 +7,8 @@ import argparse
 from abc import ABC, abstractmethod
 from typing import ClassVar
 
+from appliance.sizing.reading_rows import Judge
+
 
 class Measuring(ABC):
     """Runs the command `measure` with the methods of one folder.
@@ -31,13 +33,15 @@ class Measuring(ABC):
         """Declare the options that only these methods have."""
 
     @abstractmethod
-    def run(self, given: argparse.Namespace) -> None:
-        """Measure the recording.
+    def run(self, given: argparse.Namespace, judge: Judge) -> list[str]:
+        """Measure the recording; lines of a summary for the terminal.
 
         Parameters
         ----------
         given : Namespace
             Parsed command line without options of other methods.
+        judge : callable
+            Compares each reading with what is wanted.
 
         Raises
         ------

@@ -25,7 +25,12 @@ class ReadingMessage(StationMessage):
         Pairs and messages discarded since the process started, because newer ones were ready.
     simulated : bool
         Whether the pictures come from a simulation or a recording.
+    stretch : int
+        Number of the stretch of a recording without a break.
     reading : SizeReading
+        Of the one bar; `several_bars` where there are more.
+    bars : tuple of SizeReading
+        Of bars side by side, each in the slot that it keeps; empty where there is one or none.
     faults : dict of str to str
         Faults with which the value is still served: names in the fault table, each with its detail.
     """
@@ -37,7 +42,9 @@ class ReadingMessage(StationMessage):
     elapsed_ms: float
     dropped: int
     simulated: bool
+    stretch: int = 0
     reading: Annotated[SizeReading, NAN_AS_NULL]
+    bars: tuple[Annotated[SizeReading, NAN_AS_NULL], ...] = ()
     faults: dict[str, str] = Field(default_factory=dict)
 
 

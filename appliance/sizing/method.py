@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from appliance.cameras.source import PairSource, PictureSource
+    from appliance.processes.preview import Lines
     from vision.readings import SizeReading
 
 
@@ -58,30 +59,35 @@ class TimedReader(Protocol):
     """A gauge that also returns its computing time."""
 
     @property
-    def measure(self) -> "Callable[..., tuple[SizeReading, float]]":
-        """Measure the pictures of one exposure, left first: reading and computing time, ms; raises `ScaleError`."""
+    def measure_exposed(self) -> "Callable[..., tuple[tuple[SizeReading, ...], float]]":
+        """Measure an exposure of the source: a reading a bar, computing time, ms; raises `ScaleError`."""
         ...
 
     def warm_up(self) -> None:
         """Compile and load all that measuring needs."""
         ...
 
+    def lines(self, reading: "SizeReading", /) -> "Lines":
+        """What a reading and the scale look like in each picture, left first, for people who aim the cameras."""
+        ...
+
 
 class SizingMethod(Section, ABC):
     """Settings that all sizing methods share, and the functions that each must define."""
 
-    ovality_mm: float = Field(
-        default=0.0,
+    ovality_mm: float | None = Field(
+        default=None,
         ge=0,
         le=20,
-        description="Greatest minus least width of a section that the product may have; part of the uncertainty",
+        description="Greatest minus least width of a section that the product may have, part of the uncertainty; two "
+        "cameras assume 0.6 % of the diameter if it is not set",
         json_schema_extra=unit("mm"),
     )
     stale_after_ms: int = Field(
         default=800,
         ge=100,
         le=10000,
-        description="Age from which a reading is no value any more",
+        description="Age above which a reading is no longer served as a value",
         json_schema_extra=unit("ms"),
     )
     memory_max_mb: int = Field(

@@ -24,6 +24,16 @@ PUBLISHED: dict[str, Callable[[SizeReading], Value]] = {
     "bar_present": lambda reading: Reason.NO_BAR not in reading.reasons,
     "diameter": lambda reading: reading.diameter_mm if reading.valid else None,
     "expanded_uncertainty": lambda reading: reading.expanded_uncertainty_mm if reading.valid else None,
+    "bar_frames": lambda reading: reading.bar_frames if reading.valid and reading.bar_frames else None,
+    "bar_diameter": lambda reading: reading.bar_diameter_mm if reading.valid else None,
+    "bar_expanded_uncertainty": lambda reading: reading.bar_expanded_uncertainty_mm if reading.valid else None,
+    "bar_ovality": lambda reading: reading.bar_ovality_mm if reading.valid else None,
+    "bar_ovality_expanded_uncertainty": lambda reading: (
+        reading.bar_ovality_expanded_uncertainty_mm if reading.valid else None
+    ),
+    "camber": lambda reading: reading.camber_mm if reading.valid else None,
+    "camber_expanded_uncertainty": lambda reading: 2 * reading.u_camber_mm if reading.valid else None,
+    "hop_height": lambda reading: reading.axis_height_mm - reading.diameter_mm / 2 if reading.valid else None,
     "diameter_virtual_board": lambda reading: reading.diameter_virtual_board_mm,
     "weighted_deviation": lambda reading: reading.weighted_deviation_mm,
     "alignment_quality": lambda reading: _settled(reading.alignment_quality),
@@ -32,6 +42,24 @@ PUBLISHED: dict[str, Callable[[SizeReading], Value]] = {
     "windows_total": lambda reading: reading.windows_total,
 }
 """Quantities of a reading, by the name of their register; NaN and None become "no value" there."""
+
+
+def _validity(reading: SizeReading) -> Validity:
+    if not reading.valid:
+        return Validity.NONE
+    return Validity.VALID_WITH_REASONS if reading.reasons else Validity.VALID
+
+
+PUBLISHED_OF_BARS: dict[str, Callable[[SizeReading], Value]] = {
+    "diameter": PUBLISHED["diameter"],
+    "expanded_uncertainty": PUBLISHED["expanded_uncertainty"],
+    "mean_diameter": PUBLISHED["bar_diameter"],
+    "mean_expanded_uncertainty": PUBLISHED["bar_expanded_uncertainty"],
+    "offset": lambda reading: reading.offset_mm if reading.valid else None,
+    "validity": _validity,
+    "reason_word": lambda reading: reading.reasons,
+}
+"""Quantities of each of several bars side by side, by the field of their slot."""
 
 
 class Publication:
@@ -122,6 +150,9 @@ class Publication:
             values["timestamp"] = self._newest.exposed_utc_ms
         if self.standing is not None:
             values |= {register: value(self.standing.reading) for register, value in PUBLISHED.items()}
+            values["bars_count"] = sum(Reason.NO_BAR not in bar.reasons for bar in self.standing.bars)
+            for number, bar in enumerate(self.standing.bars, start=1):
+                values |= {f"bar_{number}_{field}": value(bar) for field, value in PUBLISHED_OF_BARS.items()}
         return values
 
     def _count(self) -> None:

@@ -65,10 +65,18 @@ class SetPointSettings(Section):
         default=None, ge=10, le=655.34, description="Wanted diameter", json_schema_extra=unit("mm")
     )
     tolerance_plus_mm: float | None = Field(
-        default=None, ge=0.01, le=50, description="Allowed above the target", json_schema_extra=unit("mm")
+        default=None,
+        ge=0.01,
+        le=50,
+        description="Largest allowed diameter minus the target",
+        json_schema_extra=unit("mm"),
     )
     tolerance_minus_mm: float | None = Field(
-        default=None, ge=0.01, le=50, description="Allowed below the target", json_schema_extra=unit("mm")
+        default=None,
+        ge=0.01,
+        le=50,
+        description="Target minus the smallest allowed diameter",
+        json_schema_extra=unit("mm"),
     )
     grade: Annotated[str, AfterValidator(_steel)] = Field(
         default="", description="Steel by its name or number, as in the table of grades; empty: not set"

@@ -7,7 +7,8 @@ import contextlib
 import math
 import threading
 import time
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
+from functools import partial
 
 from pydantic import TypeAdapter
 
@@ -24,11 +25,14 @@ from appliance.cameras.source import (
 )
 from appliance.processes.link import StationLink
 from appliance.processes.message import StateMessage
+from appliance.processes.preview import Picture, PreviewWriter
 from appliance.processes.station_process import fault, report_rejected, serve
 from appliance.sizing.message import ReadingMessage
-from appliance.sizing.method import ScaleError, SizingMethod
+from appliance.sizing.method import ScaleError, SizingMethod, TimedReader
 from appliance.sizing.settings import Sizing
 from vision.readings import SizeReading
+from vision.reasons import Reason
+from vision.sizing.side_by_side import SideBySide
 
 PAIR_TIMEOUT_S = 0.2  # chosen
 RETRY_PAUSE_S = 1.0  # chosen: pause after equipment trouble
@@ -51,25 +55,41 @@ def run(settings: SizingMethod, link: StationLink, closed: threading.Event) -> N
     closed : threading.Event
         Set when the link is closed.
     """
+    gauge: TimedReader | None = None
     while not closed.is_set():
         try:
-            _measure(settings, link, closed)
+            source = settings.make_source()
+            gauge = gauge or _ready_gauge(settings, link)
+            _measure(settings, source, gauge, link, closed)
         except EndOfRecording as error:
             _stay_at_end(link, closed, str(error))
         except CameraError as error:
             link.send(fault(error.fault, str(error)))
         except ScaleError as error:
+            gauge = None
             link.send(fault(error.fault, str(error)))
         closed.wait(RETRY_PAUSE_S)
 
 
-def _measure(settings: SizingMethod, link: StationLink, closed: threading.Event) -> None:
-    source = settings.make_source()
+def _ready_gauge(settings: SizingMethod, link: StationLink) -> TimedReader:
+    """Gauge that has compiled; its rig is read once, so that one that is just being made waits for a reload."""
     with _warming(link):
         gauge = settings.make_gauge(lambda: link.send(StateMessage(state="starting")))
         gauge.warm_up()
+    return gauge
+
+
+def _measure(
+    settings: SizingMethod,
+    source: PairSource | PictureSource,
+    gauge: TimedReader,
+    link: StationLink,
+    closed: threading.Event,
+) -> None:
+    preview = PreviewWriter("sizing")
     with source:
         liveness = Liveness(settings.liveness, time.monotonic(), numbered=source.simulated)
+        bars = SideBySide()
         guard = ExposureGuard(settings.exposure, adjustable=isinstance(source, Adjustable))
         while not closed.is_set():
             exposed = source.next(PAIR_TIMEOUT_S)
@@ -78,12 +98,40 @@ def _measure(settings: SizingMethod, link: StationLink, closed: threading.Event)
             if exposed is None or exposure is None or not verdict.counts:
                 report_rejected(verdict, link, opens_again=not source.simulated)
                 continue
-            reading, elapsed_ms = gauge.measure(*exposed.pictures)
+            measured, elapsed_ms = gauge.measure_exposed(exposed)
+            readings = bars.add(measured, exposed.exposed_monotonic_s)
             message = to_message(
-                reading, exposed, elapsed_ms, dropped=exposed.dropped + link.dropped, simulated=source.simulated
+                readings,
+                exposed,
+                elapsed_ms,
+                slots=bars.slots,
+                dropped=exposed.dropped + link.dropped,
+                simulated=source.simulated,
             )
+            reading = message.reading
+            preview.offer(_shown(exposed), partial(gauge.lines, reading), _figures(reading, exposed))
             faults = verdict.faults | _exposure_faults(guard, reading, exposed, source) | _heat(settings, exposed)
             link.send(message.model_copy(update={"faults": faults}))
+
+
+def _shown(exposed: FramePair | Frame) -> tuple[Picture, ...]:
+    return (exposed.left, exposed.right) if isinstance(exposed, FramePair) else (exposed.picture,)
+
+
+def _figures(reading: SizeReading, exposed: FramePair | Frame) -> dict[str, float | None]:
+    """What the page shows beside the pictures."""
+    return {
+        "sequence": exposed.sequence,
+        "exposed_utc_ms": exposed.exposed_utc_ms,
+        "exposure_us": exposed.exposure_us,
+        "limb_light": reading.limb_light,
+        "clipped_share": reading.clipped_share,
+        "diameter_mm": reading.diameter_mm,
+        "windows_kept": reading.windows_kept,
+        "windows_total": reading.windows_total,
+        "alignment_quality": reading.alignment_quality,
+        "plane_height_mm": reading.plane_height_mm,
+    }
 
 
 @contextlib.contextmanager
@@ -128,17 +176,26 @@ def _stay_at_end(link: StationLink, closed: threading.Event, detail: str) -> Non
 
 
 def to_message(
-    reading: SizeReading, exposed: FramePair | Frame, elapsed_ms: float, *, dropped: int, simulated: bool
+    readings: Sequence[SizeReading],
+    exposed: FramePair | Frame,
+    elapsed_ms: float,
+    *,
+    slots: tuple[SizeReading, ...],
+    dropped: int,
+    simulated: bool,
 ) -> ReadingMessage:
-    """Make the message of one reading.
+    """Make the message of one exposure.
 
     Parameters
     ----------
-    reading : SizeReading
+    readings : sequence of SizeReading
+        One for each bar, from smaller x.
     exposed : FramePair or Frame
         Exposure that was measured.
     elapsed_ms : float
         Computing time.
+    slots : tuple of SizeReading
+        Of bars side by side, each in the slot that it keeps.
     dropped : int
         Exposures and messages discarded since the process started.
     simulated : bool
@@ -151,7 +208,9 @@ def to_message(
         elapsed_ms=elapsed_ms,
         dropped=dropped,
         simulated=simulated,
-        reading=reading,
+        stretch=exposed.stretch,
+        reading=readings[0] if len(readings) == 1 else SizeReading(reasons=Reason.SEVERAL_BARS),
+        bars=slots if len(readings) > 1 else (),
     )
 
 

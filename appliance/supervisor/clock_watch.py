@@ -1,4 +1,4 @@
-"""Detects that the computer's wall clock was set; measurements use the monotonic clock and are not affected."""
+"""Detects that the wall clock was set, which measurements do not use, and that the computer slept."""
 
 import math
 import time
@@ -6,6 +6,35 @@ from collections.abc import Callable
 
 LEAST_STEP_S = 1.0  # chosen: a time server slews the clock by far less between two calls
 STEP_MEMORY_S = 60.0  # chosen: how long the fault `clock_stepped` stays after a step
+
+
+LEAST_SLEEP_S = 0.2  # chosen: a reading that is older by this is still fresh; both clocks are read 1 us apart
+
+
+class SleepWatch:
+    """Notices that the computer has slept: the monotonic clock, by which readings age, stood still meanwhile.
+
+    Parameters
+    ----------
+    boot : callable
+        Seconds since the computer was started, asleep or not.
+    monotonic : callable
+        Seconds awake.
+    """
+
+    def __init__(
+        self,
+        boot: Callable[[], float] = lambda: time.clock_gettime(time.CLOCK_BOOTTIME),
+        monotonic: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._boot = boot
+        self._monotonic = monotonic
+        self._asleep_s = boot() - monotonic()
+
+    def has_slept(self) -> bool:
+        """Whether the computer has slept since the last call."""
+        before_s, self._asleep_s = self._asleep_s, self._boot() - self._monotonic()
+        return self._asleep_s - before_s > LEAST_SLEEP_S
 
 
 class WallClock:

@@ -8,7 +8,7 @@ from appliance.ingot.message import MESSAGES, IngotMessage
 from appliance.ingot.published import IngotPublication
 from appliance.ingot.settings import IngotSettings
 from appliance.supervisor.start_gate import StartGate
-from appliance.supervisor.station_client import StationClient, refuse_impossible
+from appliance.supervisor.station_client import StationClient
 from plc.rows import Value
 from vision.reasons import IngotReason
 
@@ -75,7 +75,8 @@ class IngotClient(StationClient[IngotMessage]):
         return self.publication.values()
 
     def _add(self, message: IngotMessage) -> None:
-        refuse_impossible(message.exposed_monotonic_s)
+        if not self._is_usable(message.exposed_monotonic_s):
+            return
         for number, verdict in self.publication.add(message).items():
             self._recorder.add_verdict(verdict, number, simulated=message.simulated)
         self._faults.report_station(INGOT, message.faults)

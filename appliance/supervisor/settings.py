@@ -9,6 +9,7 @@ from pydantic import AfterValidator, Field, ValidationInfo
 from appliance.conformity.settings import CorrectionSettings, JudgingSettings
 from appliance.history.settings import HistorySettings
 from appliance.ingot.settings import IngotSettings
+from appliance.page.settings import PageSettings
 from appliance.settings.file import load as load_file
 from appliance.settings.section import FilePath, Section, unit
 from appliance.sizing.settings import Sizing
@@ -22,7 +23,7 @@ class TlsSettings(Section):
 
     port: int = Field(default=802, ge=1, le=65535, description="TCP port of Modbus/TCP Security")
     certificate: FilePath | None = Field(default=None, description="The gauge's certificate, PEM")
-    key: FilePath | None = Field(default=None, description="Its key, PEM, without a password")
+    key: FilePath | None = Field(default=None, description="Key of the gauge's certificate, PEM, without a password")
     authority: FilePath | None = Field(default=None, description="Certificate of the authority of its clients, PEM")
 
     @property
@@ -71,7 +72,7 @@ class PlcSettings(Section):
     )
     writers: Annotated[list[str], AfterValidator(_writers)] = Field(
         default=[],
-        description="Addresses and networks that may write, on both ports; without any: every address",
+        description="Addresses and networks that may write, on both ports; []: every address",
     )
     word_order: Literal["big", "little"] = Field(
         default="big",
@@ -82,7 +83,7 @@ class PlcSettings(Section):
         default=5.0,
         ge=1,
         le=3600,
-        description="Time without a change of plc_heartbeat, once it was written, that is an alarm",
+        description="Time without a change of plc_heartbeat, once the PLC has written it, before an alarm",
         json_schema_extra=unit("s"),
     )
     shelving_min: float = Field(
@@ -94,7 +95,7 @@ class PlcSettings(Section):
     )
     state_directory: FilePath | None = Field(
         default=None,
-        description="Folder that keeps set points over a restart; without: the service manager's, or none",
+        description="Folder in which set points survive a restart; not set: the folder that systemd provides, or none",
     )
     tls: Annotated[TlsSettings, AfterValidator(_tls)] = Field(
         default_factory=TlsSettings, validate_default=True, description="Modbus/TCP Security"
@@ -110,6 +111,7 @@ class Settings(Section):
     judging: JudgingSettings = Field(default_factory=JudgingSettings, description="Trust, cold size and bars")
     correction: CorrectionSettings = Field(default_factory=CorrectionSettings, description="Closed loop")
     history: HistorySettings = Field(default_factory=HistorySettings, description="What is kept on disk")
+    page: PageSettings = Field(default_factory=PageSettings, description="The page for people")
 
 
 def state_folder(plc: PlcSettings) -> Path | None:

@@ -16,7 +16,7 @@ from appliance.sizing.published import Publication
 from appliance.sizing.reading_ring import ReadingRing
 from appliance.sizing.stereo.settings import SizingSettings
 from appliance.supervisor.start_gate import StartGate
-from appliance.supervisor.station_client import StationClient, refuse_impossible
+from appliance.supervisor.station_client import StationClient
 from plc.codes import Decision
 from plc.rows import Value
 from vision.reasons import Reason
@@ -124,7 +124,8 @@ class SizingClient(StationClient[ReadingMessage]):
         self._worked_s = time.monotonic()
 
     def _add(self, message: ReadingMessage) -> None:
-        refuse_impossible(message.exposed_monotonic_s)
+        if not self._is_usable(message.exposed_monotonic_s):
+            return
         self._publication.add(message)
         self.measuring = True
         self.simulated = message.simulated

@@ -1,6 +1,7 @@
 """The supervisor's side of a station: its process, its faults, and its part in allowing the start."""
 
 import abc
+import math
 import time
 from collections.abc import Callable
 from typing import Generic
@@ -56,10 +57,21 @@ class StationClient(abc.ABC, Generic[MessageT]):
         self._faults = faults
         self._gate = gate
         self._on_news = on_news
+        self._trusted_from_s = -math.inf
 
     async def run(self) -> None:
         """Keep the process running until cancelled."""
         await self._process.run()
+
+    def distrust_until(self, now_s: float) -> None:
+        """Withdraw what was exposed before `now_s`, monotonic: the computer slept, and its age is not known."""
+        self._trusted_from_s = now_s
+        self._withdraw(restarted=False)
+
+    def _is_usable(self, exposed_s: float) -> bool:
+        """Whether an exposure counts; raises `ValueError`, which ends the process, for one that cannot be."""
+        refuse_impossible(exposed_s)
+        return exposed_s >= self._trusted_from_s
 
     @abc.abstractmethod
     def _add(self, message: MessageT) -> None:

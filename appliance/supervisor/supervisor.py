@@ -17,8 +17,9 @@ from appliance.conformity.set_points import SetPoints
 from appliance.diagnostics.alarms import Alarms
 from appliance.diagnostics.faults import Faults
 from appliance.errors import HotgaugeError
+from appliance.files.atomic_file import file_state
 from appliance.history.keeper import HistoryKeeper
-from appliance.supervisor.clock_watch import WallClock
+from appliance.supervisor.clock_watch import SleepWatch, WallClock
 from appliance.supervisor.ingot_client import INGOT, IngotClient, is_on
 from appliance.supervisor.plc_server import make_server, report_certificate
 from appliance.supervisor.self_check import SelfCheck
@@ -51,11 +52,15 @@ class Supervisor:
         self._settings = settings
         self._server = make_server(settings.plc, self._receive_write)
         self._inputs = PlcInputs(
-            state_folder(settings.plc), self._report_disk, SetPoints.from_settings(settings.sizing.set_points)
+            state_folder(settings.plc),
+            self._report_disk,
+            SetPoints.from_settings(settings.sizing.set_points),
+            rights=" ".join([settings.plc.writes, *sorted(settings.plc.writers)]),
         )
         self._faults = Faults(lambda: self._inputs.product_id)
         self._alarms = Alarms()
         self._clock = WallClock(wall)
+        self._sleep = SleepWatch()
         self._started_s = time.monotonic()
         self._news = asyncio.Event()
         self._serving = asyncio.Event()
@@ -65,6 +70,7 @@ class Supervisor:
         self._history = HistoryKeeper(
             settings.history, self._inputs, self._scale_file, trust_min=settings.judging.trust_min, wall=wall
         )
+        self._scale_state = file_state(self._scale_file())
         self._gate = StartGate({SIZING, INGOT} if is_on(settings.ingot) else {SIZING})
         self._sizing = SizingClient(
             settings.sizing,
@@ -142,7 +148,7 @@ class Supervisor:
             await self._history.stop()
 
     async def reload(self, load: Callable[[], Settings]) -> None:
-        """Apply new settings: stations whose settings changed restart; other changes report `restart_needed`.
+        """Apply new settings: stations whose settings, or rig file, changed restart; others report `restart_needed`.
 
         Parameters
         ----------
@@ -165,7 +171,9 @@ class Supervisor:
         before, self._settings = self._settings, self._settings.model_copy(update=in_force)
         self._faults.report("restart_needed", active=settings != self._settings)
         self._inputs.settings = SetPoints.from_settings(settings.sizing.set_points)
-        if settings.sizing.model_copy(update={"set_points": before.sizing.set_points}) != before.sizing:
+        scale_before, self._scale_state = self._scale_state, file_state(self._scale_file())
+        same = settings.sizing.model_copy(update={"set_points": before.sizing.set_points}) == before.sizing
+        if not same or self._scale_state != scale_before:
             self._sizing.renew(settings.sizing)
         if self._ingots and self._settings.ingot != before.ingot:
             self._ingots.renew(settings.ingot)
@@ -226,7 +234,7 @@ class Supervisor:
             self._alarms.acknowledge()
             self._faults.acknowledge()
         if set(changed) != {"plc_heartbeat"}:
-            self._news.set()
+            self._publish()  # at once: function 23 reads in the same request what its writing has changed
 
     def _shelve(self, changed: Mapping[str, int | bool]) -> None:
         """Shelve alarms whose command has come, and show those again whose command was taken back."""
@@ -245,6 +253,9 @@ class Supervisor:
 
     def _update(self, now_s: float) -> None:
         """Update stations, faults and alarms to `now_s`."""
+        if self._sleep.has_slept():
+            for station in filter(None, (self._sizing, self._ingots)):
+                station.distrust_until(now_s)
         self._sizing.update(now_s)
         if self._ingots:
             self._ingots.update(now_s, held=self._inputs.held)

@@ -17,7 +17,7 @@ from appliance.errors import HotgaugeError
 from appliance.training import edge_scenes
 from vision.edges.forest.model import StructuredForest
 from vision.edges.forest.training import Example, forest_of, train_tree
-from vision.edges.forest.tree import Growth, Tree
+from vision.edges.forest.tree import Criterion, Growth, Tree
 
 TREES = 8  # as Dollar and Zitnick, doi:10.1109/TPAMI.2014.2377715
 TREES_EVALUATED = 4  # of each pixel; as in the same paper
@@ -149,7 +149,13 @@ class Record:
 
 
 def train(
-    source: Source, seed: int, patches: int, command: str, on_progress: Callable[[int, int], None]
+    source: Source,
+    seed: int,
+    patches: int,
+    command: str,
+    on_progress: Callable[[int, int], None],
+    *,
+    criterion: Criterion = "gini",
 ) -> tuple[StructuredForest, Record]:
     """Train a forest.
 
@@ -164,6 +170,8 @@ def train(
         Command line, for the record.
     on_progress : callable
         Receives steps done and steps in all; each patch is two steps, drawn and sorted into its leaf.
+    criterion : {"gini", "entropy"}
+        See `Growth`.
 
     Returns
     -------
@@ -182,12 +190,13 @@ def train(
         done += count
         on_progress(done, 2 * patches * TREES)
 
+    growth = Growth(criterion=criterion)
     trees: list[Tree] = []
     for number in range(TREES):
         rng = np.random.default_rng([seed, number])
         count, examples = source.examples(rng)
         trees.append(
-            train_tree(examples, max(1, patches // count), Growth(), rng, advance, uneven_part=source.uneven_part)
+            train_tree(examples, max(1, patches // count), growth, rng, advance, uneven_part=source.uneven_part)
         )
     forest = forest_of(trees, TREES_EVALUATED)
     record = Record(
@@ -209,12 +218,15 @@ def check_output(output: Path) -> None:
     Raises
     ------
     TrainingError
-        The folder is missing, or the name does not end in `.npz`.
+        The folder is missing, the name does not end in `.npz`, or a `.json` of this name is not of a model.
     """
     if output.suffix != ".npz":
         raise TrainingError(f"{output}: a model's name ends in .npz")
     if not output.parent.is_dir():
         raise TrainingError(f"{output.parent}: no such folder; make it first")
+    record = output.with_suffix(".json")
+    if record.exists() and not output.exists():
+        raise TrainingError(f"{record}: would be replaced by the record of this model; give another name")
 
 
 def write(forest: StructuredForest, record: Record, output: Path) -> None:

@@ -1,141 +1,215 @@
-"""Trains the network of the classifier `relief` on rendered ends: `python -m appliance.training.ingot_relief`.
+"""Trains the network of the classifier `relief` on rendered lines: `python -m appliance.training.ingot_relief`.
 
-AdamW (arXiv:1711.05101) on cross entropy, in numpy: the network is so small that no library for it is needed.
+AdamW (arXiv:1711.05101) on cross entropy, in numpy: the network is so small that no library for it is needed. A batch
+shows some ends of each of its lines beside that line's references, now and then beside another line's.
 """
 
 import argparse
 from itertools import pairwise
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from appliance.simulation.ingots.faces import LABELS
-from appliance.training.rendered_ends import random_face, rendered_end
-from vision.ingot.classifiers.relief import MODEL, STRIDE, relief
+from appliance.training.rendered_ends import RenderedLine, rendered_line
+from vision.ingot.classifiers.relief import CONVOLUTIONS, MODEL, PLANES, STRIDE, relief
 
 Array = NDArray[np.float32]
+Indices = NDArray[np.int64]
 Layers = list[tuple[Array, Array]]
+Rng = np.random.Generator
 
 SEED = 777  # no study draws faces from it
-FACES, VIEWS, EPOCHS, BATCH = 8000, 4, 16, 128
-SIDES, CHANNELS, HIDDEN = (5, 3, 3), (2, 12, 24, 40), 32
-RATE, DECAY, MOMENTS, LEAST_MOMENT = 4e-3, 1e-4, (0.9, 0.999), 1e-8
-CERTAINTY = 0.98  # of labels: a face may be blurred beyond recognition
+FACES, VIEWS = 6, 2
+LINES_A_BATCH, ENDS_A_LINE = 24, 5
+SIDES, CHANNELS, HIDDEN = (5, 3, 3, 3), (PLANES, 16, 32, 48, 64), 48
+DECAY, MOMENTS, LEAST_MOMENT = 1e-4, (0.9, 0.999), 1e-8
+CERTAINTY = 0.99  # of labels: a face may be blurred beyond recognition
+SHARE_OF_WRONG_REFERENCES = 0.1  # of the ends: compared with another line's
+
+
+class Stage(NamedTuple):
+    """Lines that are drawn, and how the network learns from them.
+
+    Attributes
+    ----------
+    lines : int
+    hard : bool
+        As for `rendered_line`.
+    rate : float
+        First rate of learning, which falls along half a cosine.
+    steps, falling_steps : int
+        Steps that are made, and those over which the rate would fall to 0.
+    """
+
+    lines: int
+    hard: bool
+    rate: float
+    steps: int
+    falling_steps: int
+
+
+STAGES = (Stage(1500, False, 3e-3, 1500, 2000), Stage(500, True, 6e-4, 500, 500))
+
+
+class Batch(NamedTuple):
+    """Ends and references of some lines, and who is compared with whom.
+
+    Attributes
+    ----------
+    planes : ndarray of float32, shape (n, 64, 64, 3)
+        The ends first.
+    top, bottom : ndarray of int, shape (ends,)
+        Where among `planes` an end's references are.
+    labels : ndarray of float32, shape (ends,)
+        1 top, 0 bottom.
+    """
+
+    planes: Array
+    top: Indices
+    bottom: Indices
+    labels: Array
 
 
 def main() -> None:
     """Draw, train, write the model."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--faces", type=int, default=FACES)
+    parser.add_argument(
+        "--stages", type=int, default=len(STAGES), choices=(1, 2), help="after 1 it saw no shaded geometry"
+    )
     parser.add_argument("--output", type=Path, default=MODEL)
     given = parser.parse_args()
-    images, tops = drawn(given.faces)
-    layers = trained(images, tops)
+    generators = [np.random.default_rng(SEED + number) for number in range(given.stages)]
+    layers = first_layers(generators[0])
+    for number, (stage, rng) in enumerate(zip(STAGES, generators, strict=False)):
+        train(layers, drawn(stage, SEED + number), stage, rng)
     arrays = {
         f"{kind}{number}": one for number, pair in enumerate(layers) for kind, one in zip("Wb", pair, strict=True)
     }
     np.savez(given.output, allow_pickle=False, **arrays)
 
 
-def drawn(faces: int) -> tuple[Array, Array]:
-    """Inputs of the network, shape (n, 64, 64, 2), and whether each is a top."""
-    rng = np.random.default_rng(SEED)
-    images: list[Array] = []
-    for number in tqdm(range(faces), unit="face", disable=None):
-        light = random_face(LABELS[number % 2], rng)
-        images += [relief(rendered_end(light, rng)) for _ in range(VIEWS)]
-    return np.array(images), np.repeat(np.arange(faces) % 2 == 0, VIEWS).astype(np.float32)
+def drawn(stage: Stage, seed: int) -> list[RenderedLine]:
+    """Lines of a stage."""
+    rng = np.random.default_rng(seed)
+    lines = tqdm(range(stage.lines), unit="line", disable=None)
+    return [rendered_line(rng, FACES, VIEWS, hard=stage.hard) for _ in lines]
 
 
-def first_layers(rng: np.random.Generator) -> Layers:
+def first_layers(rng: Rng) -> Layers:
     """Layers before training, after He et al. (doi:10.1109/ICCV.2015.123)."""
     shapes = [(side, side, *pair) for side, pair in zip(SIDES, pairwise(CHANNELS), strict=True)]
-    shapes += [(2 * CHANNELS[-1], HIDDEN), (HIDDEN, 1)]
+    shapes += [(6 * CHANNELS[-1], HIDDEN), (HIDDEN, 1)]
     scaled = [rng.standard_normal(shape) * np.sqrt(2 / np.prod(shape[:-1])) for shape in shapes]
     return [(weights.astype(np.float32), np.zeros(weights.shape[-1], np.float32)) for weights in scaled]
 
 
-def trained(images: Array, tops: Array, epochs: int = EPOCHS) -> Layers:
-    """Layers that tell tops from bottoms.
+def train(layers: Layers, lines: list[RenderedLine], stage: Stage, rng: Rng) -> None:
+    """Change layers so that they tell tops from bottoms.
 
     Parameters
     ----------
-    images : ndarray of float32, shape (n, 64, 64, 2)
-    tops : ndarray of float32, shape (n,)
-    epochs : int
-
-    Returns
-    -------
-    list of (weights, bias)
+    layers : list of (weights, bias)
+    lines : list of RenderedLine
+    stage : Stage
+    rng : numpy.random.Generator
     """
-    rng = np.random.default_rng(SEED)
-    layers = first_layers(rng)
     parameters = [one for pair in layers for one in pair]
     first, second = ([np.zeros_like(one) for one in parameters] for _ in range(2))
-    steps = epochs * (len(images) // BATCH)
-    for step in tqdm(range(steps), unit="step", disable=None):
-        chosen = rng.integers(len(images), size=BATCH)
-        batch = images[chosen]
-        batch[: BATCH // 2] = batch[: BATCH // 2, :, ::-1]
-        _, slopes = loss_and_slopes(layers, batch, tops[chosen])
-        rate = RATE * 0.5 * (1 + np.cos(np.pi * step / steps))
+    for step in tqdm(range(stage.steps), unit="step", disable=None):
+        _, slopes = loss_and_slopes(layers, batch_of(lines, rng))
+        rate = stage.rate * 0.5 * (1 + np.cos(np.pi * step / stage.falling_steps))
         for number, slope in enumerate(slopes):
             first[number] += (1 - MOMENTS[0]) * (slope - first[number])
             second[number] += (1 - MOMENTS[1]) * (slope**2 - second[number])
             unbiased = first[number] / (1 - MOMENTS[0] ** (step + 1))
             spread = np.sqrt(second[number] / (1 - MOMENTS[1] ** (step + 1))) + LEAST_MOMENT
             parameters[number] -= (rate * (unbiased / spread + DECAY * parameters[number])).astype(np.float32)
-    return layers
 
 
-def loss_and_slopes(layers: Layers, images: Array, tops: Array) -> tuple[float, list[Array]]:
+def batch_of(lines: list[RenderedLine], rng: Rng) -> Batch:
+    """Some ends of some lines, turned over and mirrored at random."""
+    chosen = [lines[number] for number in rng.integers(len(lines), size=LINES_A_BATCH)]
+    picked = [rng.integers(len(line.ends), size=ENDS_A_LINE) for line in chosen]
+    count = LINES_A_BATCH * ENDS_A_LINE
+    ends = np.concatenate([line.ends[which] for line, which in zip(chosen, picked, strict=True)])
+    references = np.concatenate([line.references for line in chosen])
+    images = [_mirrored(image, rng) for image in np.concatenate([ends, references])]
+    of = np.repeat(np.arange(LINES_A_BATCH), ENDS_A_LINE)
+    strange = rng.random(count) < SHARE_OF_WRONG_REFERENCES
+    of = np.where(strange, rng.integers(LINES_A_BATCH, size=count), of)
+    labels = np.concatenate([line.tops[which] for line, which in zip(chosen, picked, strict=True)])
+    planes = np.stack([relief(image) for image in images])
+    return Batch(planes, count + 2 * of, count + 2 * of + 1, labels.astype(np.float32))
+
+
+def _mirrored(image: NDArray[np.uint8], rng: Rng) -> NDArray[np.uint8]:
+    return image[:, ::-1] if rng.random() < 0.5 else image
+
+
+def loss_and_slopes(layers: Layers, batch: Batch) -> tuple[float, list[Array]]:
     """Mean cross entropy of a batch, and its slope in every weight and bias, in the order of the layers.
 
     Parameters
     ----------
     layers : list of (weights, bias)
-    images : ndarray, shape (n, 64, 64, 2)
-    tops : ndarray, shape (n,)
+    batch : Batch
 
     Returns
     -------
     loss : float
     slopes : list of ndarray
     """
-    (*convolutions, hidden, last), values = layers, images
-    around: list[Array] = []
-    planes = [images]
-    for weights, bias in convolutions:
-        around.append(_around(values, len(weights)))
-        values = np.maximum(around[-1] @ weights.reshape(-1, weights.shape[-1]) + bias, 0)
-        planes.append(values)
-    flat = values.reshape(len(values), -1, values.shape[-1])
-    highest = flat.argmax(axis=1)
-    pooled = np.concatenate([flat.mean(axis=1), np.take_along_axis(flat, highest[:, None], axis=1)[:, 0]], axis=1)
-    inner = np.maximum(pooled @ hidden[0] + hidden[1], 0)
+    (*convolutions, hidden, last), ends = layers, len(batch.labels)
+    around, planes = _planes(convolutions, batch.planes)
+    flat = planes[-1].reshape(len(batch.planes), -1, planes[-1].shape[-1])
+    highest = flat.argmax(axis=1)[:, None]
+    found = np.concatenate([flat.mean(axis=1), np.take_along_axis(flat, highest, axis=1)[:, 0]], axis=1)
+    of_end = found[:ends]
+    compared = np.concatenate([of_end, of_end - found[batch.top], of_end - found[batch.bottom]], axis=1)
+    inner = np.maximum(compared @ hidden[0] + hidden[1], 0)
     odds = (inner @ last[0] + last[1])[:, 0]
-    wanted = tops * CERTAINTY + (1 - CERTAINTY) / 2
+    wanted = batch.labels * CERTAINTY + (1 - CERTAINTY) / 2
     loss = float(np.mean(np.logaddexp(0, odds) - wanted * odds))
     back = ((1 / (1 + np.exp(-odds)) - wanted) / len(odds))[:, None]
     slopes = [inner.T @ back, back.sum(axis=0)]
     back = (back @ last[0].T) * (inner > 0)
-    slopes = [pooled.T @ back, back.sum(axis=0), *slopes]
-    back = back @ hidden[0].T
+    slopes = [compared.T @ back, back.sum(axis=0), *slopes]
+    own, over_top, over_bottom = np.split(back @ hidden[0].T, 3, axis=1)
+    back = np.zeros_like(found)
+    back[:ends] = own + over_top + over_bottom
+    np.subtract.at(back, batch.top, over_top)
+    np.subtract.at(back, batch.bottom, over_bottom)
     half = back.shape[1] // 2
     spread = np.repeat(back[:, None, :half] / flat.shape[1], flat.shape[1], axis=1)
-    chosen = np.take_along_axis(spread, highest[:, None], axis=1) + back[:, None, half:]
-    np.put_along_axis(spread, highest[:, None], chosen, axis=1)
-    spread = spread.reshape(values.shape)
-    for (weights, _), seen, before, after in reversed(
-        list(zip(convolutions, around, planes[:-1], planes[1:], strict=True))
-    ):
-        spread = spread * (after > 0)
+    chosen = np.take_along_axis(spread, highest, axis=1) + back[:, None, half:]
+    np.put_along_axis(spread, highest, chosen, axis=1)
+    return loss, [*_slopes(convolutions, around, planes, spread.reshape(planes[-1].shape)), *slopes]
+
+
+def _planes(convolutions: Layers, planes: Array) -> tuple[list[Array], list[Array]]:
+    """What each convolution's kernels see, and the planes before and after each."""
+    around: list[Array] = []
+    every = [planes]
+    for weights, bias in convolutions:
+        around.append(_around(every[-1], len(weights)))
+        every.append(np.maximum(around[-1] @ weights.reshape(-1, weights.shape[-1]) + bias, 0))
+    return around, every
+
+
+def _slopes(convolutions: Layers, around: list[Array], planes: list[Array], spread: Array) -> list[Array]:
+    """Slopes of the loss in the convolutions' weights and biases, from those in their last planes."""
+    slopes: list[Array] = []
+    for number in reversed(range(CONVOLUTIONS)):
+        weights, seen = convolutions[number][0], around[number]
+        spread = spread * (planes[number + 1] > 0)
         slope = seen.reshape(-1, seen.shape[-1]).T @ spread.reshape(-1, spread.shape[-1])
         slopes = [slope.reshape(weights.shape), spread.sum(axis=(0, 1, 2)), *slopes]
-        spread = _scattered(spread @ weights.reshape(-1, weights.shape[-1]).T, before.shape, len(weights))
-    return loss, [np.asarray(slope) for slope in slopes]
+        if number:
+            spread = _scattered(spread @ weights.reshape(-1, weights.shape[-1]).T, planes[number].shape, len(weights))
+    return slopes
 
 
 def _padding(size: int, side: int) -> tuple[int, int]:

@@ -1,59 +1,196 @@
-"""Ends of ingots as pictures of 64 x 64, rendered without a mill: `relief_network` trains on them.
+"""Ends of ingots as pictures of 64 x 64, rendered without a mill: `ingot_relief` trains on them.
 
-Faces of our own line and of other mills, under more blemishes still, beside a body and a dark line, through any lens,
-exposure, response and JPEG. Nothing but wrinkled skin depends on the label.
+They are drawn a line at a time: its camera, the ends that serve as its references, and others. Faces are of the three
+kinds of the simulation, under more blemishes still, beside a body and a dark line. Nothing but wrinkled skin depends on
+the label.
 """
 
 import math
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from appliance.simulation.ingots.faces import FACE_CELLS, Label, Rng, face, random_looks
-from appliance.simulation.ingots.foreign_faces import foreign_face
+from appliance.simulation.ingots.cast_faces import cast_face
+from appliance.simulation.ingots.faces import FACE_CELLS, LABELS, TYPICAL, Label, Rng, face, random_looks
+from appliance.simulation.ingots.foreign_faces import foreign_face, no_stronger
+from appliance.simulation.ingots.line import FaceKind
 from vision.ingot.classifiers.similarity import SIZE
 
 Plane = NDArray[np.float32]
 Picture = NDArray[np.uint8]
 
-SHARE_OF_FOREIGN_FACES = 0.65
+SHARE_OF_FOREIGN_LINES = 0.6
+SHARE_OF_HARD_CAST_LINES = 0.3  # of the hard lines
+SHARE_OF_EQUAL_TOPS = 0.25  # of the lines: their reference shows the pattern of one of their tops
+LEAST_VISIBILITY = 0.5  # least relief of a top, in standard deviations of the camera's noise
+CODES_PER_LOG = 60.0  # grey values to one natural logarithm of light, at the usual exposure
+TRIES = 20
 _across = np.linspace(-1, 1, FACE_CELLS, dtype=np.float32)
 _x, _y = np.meshgrid(_across, _across)
 _columns = np.arange(SIZE, dtype=np.float32)
 
 
-def random_face(label: Label, rng: Rng) -> Plane:
-    """Relative light of a face of any mill, shape (FACE_CELLS, FACE_CELLS)."""
-    if rng.random() < SHARE_OF_FOREIGN_FACES:
-        return foreign_face(label, rng)
-    return face(random_looks(label, rng), rng)
+class RenderedLine(NamedTuple):
+    """What one line shows.
+
+    Attributes
+    ----------
+    references : ndarray of uint8, shape (2, 64, 64)
+        Top and bottom.
+    ends : ndarray of uint8, shape (n, 64, 64)
+    tops : ndarray of bool, shape (n,)
+    """
+
+    references: Picture
+    ends: Picture
+    tops: NDArray[np.bool_]
 
 
-def rendered_end(light: Plane, rng: Rng) -> Picture:
+class Camera(NamedTuple):
+    """How a line's camera shows ends.
+
+    Attributes
+    ----------
+    blur_px : float
+        Standard deviation, in pixels of the picture of 64 x 64.
+    peak : float
+        Light of a usual end over full scale.
+    gains : tuple of float
+        Red, green, blue.
+    noise_codes : float
+        Standard deviation.
+    coarse_noise : bool
+        Whether the noise of neighbours is alike.
+    quality : int
+        As JPEG; 0: not coded.
+    flattening : float
+        Of the end, which is seen from above.
+    """
+
+    blur_px: float
+    peak: float
+    gains: tuple[float, float, float]
+    noise_codes: float
+    coarse_noise: bool
+    quality: int
+    flattening: float
+
+
+def random_camera(rng: Rng) -> Camera:
+    """A camera of any line."""
+    return Camera(
+        blur_px=math.exp(rng.uniform(math.log(0.35), math.log(1.4))),
+        peak=rng.uniform(0.25, 0.75),
+        gains=(rng.uniform(1.0, 1.5), rng.uniform(0.5, 1.0), rng.uniform(0.1, 0.6)),
+        noise_codes=rng.uniform(0.2, 2.5),
+        coarse_noise=bool(rng.random() < 0.6),
+        quality=int(rng.integers(60, 96)) if rng.random() < 0.6 else 0,
+        flattening=rng.uniform(0.88, 1),
+    )
+
+
+def rendered_line(rng: Rng, faces: int, views: int, *, hard: bool = False) -> RenderedLine:
+    """A line of any mill.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+    faces : int
+        Ends beside the references, half of them tops.
+    views : int
+        Pictures of each.
+    hard : bool
+        Whether some lines show shaded geometry, and bottoms get the blemishes of two.
+    """
+    camera, kind = random_camera(rng), _random_kind(rng, hard=hard)
+    lights = [random_face(LABELS[number % 2], camera, rng, kind) for number in range(faces)]
+    if hard:
+        lights = [light * soft_blemishes(rng) if number % 2 else light for number, light in enumerate(lights)]
+    first = lights[0] if rng.random() < SHARE_OF_EQUAL_TOPS else _typical_face("top", rng, kind)
+    references = np.array([rendered_end(light, camera, rng) for light in (first, _typical_face("bottom", rng, kind))])
+    ends = np.array([rendered_end(light, camera, rng) for light in lights for _ in range(views)])
+    return RenderedLine(references, ends, np.repeat(np.arange(faces) % 2 == 0, views))
+
+
+def _random_kind(rng: Rng, *, hard: bool) -> FaceKind:
+    if hard and rng.random() < SHARE_OF_HARD_CAST_LINES:
+        return "cast"
+    return "foreign" if rng.random() < SHARE_OF_FOREIGN_LINES else "own"
+
+
+def _typical_face(label: Label, rng: Rng, kind: FaceKind) -> Plane:
+    return face(TYPICAL[label], rng) if kind == "own" else _face(label, rng, kind)
+
+
+def _face(label: Label, rng: Rng, kind: FaceKind) -> Plane:
+    match kind:
+        case "own":
+            return face(random_looks(label, rng), rng)
+        case "foreign":
+            return foreign_face(label, rng)
+        case "cast":
+            return cast_face(label, rng)
+
+
+def random_face(label: Label, camera: Camera, rng: Rng, kind: FaceKind) -> Plane:
+    """Relative light of a face on which that camera can see whether it is a top.
+
+    Parameters
+    ----------
+    label : {"top", "bottom"}
+    camera : Camera
+    rng : numpy.random.Generator
+    kind : {"own", "foreign", "cast"}
+
+    Returns
+    -------
+    ndarray of float32, shape (FACE_CELLS, FACE_CELLS)
+    """
+    light = np.ones((FACE_CELLS, FACE_CELLS), np.float32)
+    for _ in range(TRIES):
+        light = _face(label, rng, kind)
+        if label == "bottom" or _visibility(light, camera) > LEAST_VISIBILITY:
+            break
+    blemishes = soft_blemishes(rng)
+    if label == "top":
+        return no_stronger(light, blemishes)
+    return light * blemishes
+
+
+def _visibility(light: Plane, camera: Camera) -> float:
+    """Relief that the camera shows over its noise."""
+    cells = FACE_CELLS / SIZE
+    codes = np.log(light)
+    shown = cv2.GaussianBlur(codes, (0, 0), camera.blur_px * cells) - cv2.GaussianBlur(codes, (0, 0), 6 * cells)
+    inside = np.asarray(shown)[np.hypot(_x, _y) < 0.8]
+    return CODES_PER_LOG * float(inside.std()) / camera.noise_codes
+
+
+def rendered_end(light: Plane, camera: Camera, rng: Rng) -> Picture:
     """A picture of an end, as `end_image` would cut it out.
 
     Parameters
     ----------
     light : ndarray of float32, shape (FACE_CELLS, FACE_CELLS)
         Relative light of the face.
+    camera : Camera
     rng : numpy.random.Generator
 
     Returns
     -------
     ndarray of uint8, shape (64, 64)
     """
-    light = light * soft_blemishes(rng)
-    scene = _scene(light / max(1e-6, float(light.mean())), rng)
-    scene = np.asarray(
-        cv2.GaussianBlur(scene, (0, 0), math.exp(rng.uniform(math.log(0.35), math.log(1.5)))), np.float32
-    )
-    peak = rng.uniform(0.3, 0.95) if rng.random() < 0.8 else rng.uniform(0.9, 1.7)
-    return _coded(np.maximum(scene * np.float32(peak * 0.7) + np.float32(rng.uniform(0, 0.04)), 0), rng)
+    scene = _scene(light / max(1e-6, float(light.mean())), camera, rng)
+    blur_px = camera.blur_px * rng.uniform(0.85, 1.15)
+    scene = np.asarray(cv2.GaussianBlur(scene, (0, 0), blur_px), np.float32)
+    peak = camera.peak * (rng.uniform(0.7, 1.4) if rng.random() < 0.8 else rng.uniform(1.4, 2.3))
+    return _coded(np.maximum(scene * np.float32(peak) + np.float32(rng.uniform(0, 0.04)), 0), camera, rng)
 
 
 def soft_blemishes(rng: Rng) -> Plane:
-    """Soft dark patches, streaks and a cooler middle, as factors of light."""
+    """Soft dark patches, streaks in all or in one direction and a cooler middle, as factors of light."""
     light = np.ones((FACE_CELLS, FACE_CELLS), np.float64)
     if rng.random() < 0.5:
         along, across = (math.exp(rng.uniform(math.log(2), math.log(14))) for _ in range(2))
@@ -66,24 +203,37 @@ def soft_blemishes(rng: Rng) -> Plane:
         rough = np.asarray(cv2.warpAffine(rough, turn, size, borderMode=cv2.BORDER_REFLECT), np.float32)
         patch = 1 / (1 + np.exp(-(rough - rng.uniform(0.5, 2.2)) / rng.uniform(0.1, 0.6)))
         light = light * (1 - rng.uniform(0.05, 0.4) * patch)
-    for _ in range(int(rng.integers(2, 25)) if rng.random() < 0.4 else 0):
-        (x, y), turned = rng.uniform(-0.85, 0.85, 2).tolist(), rng.uniform(0, np.pi)
-        width, longer = rng.uniform(0.02, 0.08), rng.uniform(1, 4)
-        u = ((_x - x) * np.cos(turned) + (_y - y) * np.sin(turned)) / (width * longer)
-        v = (-(_x - x) * np.sin(turned) + (_y - y) * np.cos(turned)) / width
-        light = light * (1 - rng.uniform(0.03, 0.35) * np.exp(-(u**2 + v**2) / 2))
-    if rng.random() < 0.3:
+    if rng.random() < 0.5:
+        light = light * _streaks(rng)
+    if rng.random() < 0.4:
         size, (x, y) = rng.uniform(0.2, 0.7), rng.normal(0, 0.2, 2)
-        light = light * (1 - rng.uniform(0.05, 0.35) * np.exp(-((_x - x) ** 2 + (_y - y) ** 2) / (2 * size**2)))
+        distance = np.hypot(_x - x, _y - y) / size
+        cap = np.exp(-(distance ** rng.uniform(1.5, 5)) / 2)
+        light = light * (1 - rng.uniform(0.05, 0.35) * cap)
     return light.astype(np.float32)
 
 
-def _scene(face_light: Plane, rng: Rng) -> Plane:
+def _streaks(rng: Rng) -> NDArray[np.float64]:
+    """Dark streaks with soft ends, near one another or all over, in one direction or in all."""
+    light = np.ones((FACE_CELLS, FACE_CELLS), np.float64)
+    direction, spread = rng.uniform(0, np.pi), rng.choice([0.15, 0.4, 3.0])
+    (middle_x, middle_y), reach = rng.uniform(-0.4, 0.4, 2), rng.uniform(0.25, 0.9)
+    longest, deepest = rng.uniform(1.5, 9), rng.uniform(0.06, 0.4)
+    for _ in range(int(rng.integers(1, 22))):
+        x, y = middle_x + reach * rng.uniform(-1, 1), middle_y + reach * rng.uniform(-1, 1)
+        turned, width, longer = direction + spread * rng.normal(), rng.uniform(0.012, 0.07), rng.uniform(1, longest)
+        u = ((_x - x) * np.cos(turned) + (_y - y) * np.sin(turned)) / (width * longer)
+        v = (-(_x - x) * np.sin(turned) + (_y - y) * np.cos(turned)) / width + rng.normal(0, 0.15) * u**2
+        light *= 1 - deepest * rng.uniform(0.3, 1) * np.exp(-(u**2 + v**2) / 2)
+    return light
+
+
+def _scene(face_light: Plane, camera: Camera, rng: Rng) -> Plane:
     """Light of the face, the body above it and the line around both, with glare beside them."""
     radius = SIZE / 2 * rng.uniform(0.93, 1.06)
     x, y = (SIZE - 1) / 2 + rng.normal(0, 0.8, 2) + np.array([0.0, rng.uniform(-0.03, 0.12) * SIZE / 2])
     across, down = np.broadcast_arrays(
-        (_columns[None, :] - x) / radius, (_columns[:, None] - y) / (radius * rng.uniform(0.88, 1))
+        (_columns[None, :] - x) / radius, (_columns[:, None] - y) / (radius * camera.flattening)
     )
     turn, mirror, half = rng.uniform(0, 2 * np.pi), rng.choice([-1, 1]), (FACE_CELLS - 1) / 2
     map_x = half * (1 + mirror * (across * np.cos(turn) - down * np.sin(turn)))
@@ -99,27 +249,33 @@ def _scene(face_light: Plane, rng: Rng) -> Plane:
     line_light, side_light = rng.uniform(0.01, 0.25) * (1 + 0.4 * rough), rng.uniform(0.65, 1.08) * (1 + 0.05 * rough)
     scene = line_light * (1 - body) + side_light * body
     scene = scene * (1 - inside) + shown * inside
-    if rng.random() < 0.35:
-        turn, away = rng.uniform(-0.3, np.pi + 0.3), rng.uniform(0.95, 1.5)
-        wide, high = rng.uniform(0.2, 0.8), rng.uniform(0.1, 0.5)
-        place = np.hypot((across - away * np.cos(turn)) / wide, (down - away * np.sin(turn)) / high)
-        scene = scene + rng.uniform(0.5, 2) * (1 - inside) / (1 + np.exp(np.minimum((place - 1) / 0.1, 50)))
+    if rng.random() < 0.4:
+        scene = scene + _glare(across, down, 1 - inside if rng.random() < 0.6 else np.ones_like(inside), rng)
     if rng.random() < 0.3:
         bloom = rng.uniform(0.01, 0.08)
         scene = (1 - bloom) * scene + bloom * np.asarray(cv2.GaussianBlur(scene, (0, 0), 6), np.float64)
     return scene.astype(np.float32)
 
 
-def _coded(light: Plane, rng: Rng) -> Picture:
+def _glare(
+    across: NDArray[np.float64], down: NDArray[np.float64], shown: NDArray[np.float64], rng: Rng
+) -> NDArray[np.float64]:
+    """A lamp's reflection at or on the end."""
+    turn, away = rng.uniform(-0.3, np.pi + 0.3), rng.uniform(0.85, 1.5)
+    wide, high, soft = rng.uniform(0.15, 0.8), rng.uniform(0.1, 0.5), rng.uniform(0.05, 0.5)
+    place = np.hypot((across - away * np.cos(turn)) / wide, (down - away * np.sin(turn)) / high)
+    return rng.uniform(0.3, 2) * shown / (1 + np.exp(np.minimum((place - 1) / soft, 50)))
+
+
+def _coded(light: Plane, camera: Camera, rng: Rng) -> Picture:
     """Grey of an orange picture whose channels clip one after the other, with noise, perhaps as JPEG."""
-    gains = rng.uniform(1.0, 1.5), rng.uniform(0.5, 1.0), rng.uniform(0.1, 0.6)  # red, green, blue
-    channels = [np.clip(light * gain, 0, 1) ** (1 / 2.2) for gain in gains]
+    channels = [np.clip(light * gain, 0, 1) ** (1 / 2.2) for gain in camera.gains]
     noise = rng.standard_normal((SIZE, SIZE))
-    if rng.random() < 0.6:
+    if camera.coarse_noise:
         noise = 1.8 * cv2.GaussianBlur(noise, (0, 0), 0.6)
-    code = 255 * (0.299 * channels[0] + 0.587 * channels[1] + 0.114 * channels[2]) + rng.uniform(0.2, 3.0) * noise
+    code = 255 * (0.299 * channels[0] + 0.587 * channels[1] + 0.114 * channels[2]) + camera.noise_codes * noise
     picture = np.clip(code, 0, 255).astype(np.uint8)
-    if rng.random() < 0.6:
-        _, packed = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, int(rng.integers(60, 96))])
+    if camera.quality:
+        _, packed = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, camera.quality])
         picture = np.asarray(cv2.imdecode(packed, cv2.IMREAD_GRAYSCALE), np.uint8)
     return picture

@@ -9,7 +9,7 @@ from datetime import datetime
 from pathlib import Path
 
 from appliance.command_options import CommandError
-from appliance.reports.pages import render, write_pages
+from appliance.reports.pages import library, render, write_pages
 from appliance.verification.check import READINGS_ENOUGH, Master, Verification, verify
 from appliance.verification.keep import earlier_errors, keep
 from appliance.verification.measure import read_master
@@ -42,12 +42,15 @@ def verify_recording(given: argparse.Namespace, history: Path | None, show: Call
     OSError
         The certificate cannot be written.
     """
+    if not given.diameter:
+        raise CommandError("--diameter: give the diameter of the master in mm")
+    if given.output is not None:  # before minutes of measuring
+        for name in ("jinja2", *(["weasyprint"] if given.output.suffix.lower() == ".pdf" else [])):
+            library(name, given.output)
     diameters, missing, mean_expanded_mm = read_master(given.recording, given.rig, show)
     if len(diameters) < READINGS_ENOUGH:
         words = f"{len(diameters)} readings with a value, {READINGS_ENOUGH} are needed"
         raise CommandError(f"{given.recording}: {words}; record the master for longer")
-    if not given.diameter:
-        raise CommandError("--diameter: give the diameter of the master in mm")
     master = Master(given.diameter, given.u)
     earlier = [] if history is None else earlier_errors(history)
     found = verify(diameters, missing, master, given.limit or mean_expanded_mm, earlier)

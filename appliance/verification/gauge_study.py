@@ -133,11 +133,13 @@ def read_cells(file: Path) -> Cells:
     """
     cells: Cells = defaultdict(list)
     try:
-        with file.open(newline="", encoding="utf-8") as text:
+        with file.open(newline="", encoding="utf-8-sig") as text:
             for row in csv.DictReader(text):
                 cells[row["bar"], row["condition"]].append(float(row["diameter_mm"]))
     except OSError as error:
         raise StudyError(f"{file}: {error.strerror}; give an existing CSV file") from error
-    except (KeyError, ValueError, TypeError) as error:
+    except KeyError as error:
+        raise StudyError(f"{file}: has no column {error.args[0]}; it needs the columns {', '.join(COLUMNS)}") from error
+    except (ValueError, TypeError, csv.Error) as error:
         raise StudyError(f"{file}: {error}; it needs the columns {', '.join(COLUMNS)}, with numbers") from error
     return cells

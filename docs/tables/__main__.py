@@ -8,9 +8,12 @@ from appliance.diagnostics.alarms import ALARMS
 from appliance.diagnostics.fault_table import FAULTS
 from appliance.diagnostics.named_bits import named_bits
 from appliance.history.tables import TABLES, Column, Table
+from appliance.ingot.orient_recording import FRAME_COLUMNS as ORIENT_COLUMNS
+from appliance.ingot.orient_recording import INGOT_COLUMNS
 from appliance.settings.table import table
 from appliance.simulation.bars.study_scenes import CONDITIONS
 from appliance.simulation.ingots.conditions import INGOT_CONDITIONS
+from appliance.sizing.reading_rows import FRAME_COLUMNS
 from appliance.sizing.set_points import STEELS
 from appliance.supervisor.settings import Settings
 from plc.export import to_markdown
@@ -30,6 +33,7 @@ def texts() -> dict[str, str]:
         "alarms.md": alarms(),
         "grades.md": grades(),
         "history.md": history(),
+        "outputs.md": outputs(),
     }
 
 
@@ -132,6 +136,32 @@ def grades() -> str:
         "EN 10088-1 and AISI, numbers after EN 10027-2. Capitals and blanks do not matter."
     )
     return f"{expansion}\n#{_document('Names of steels', intro, ('expansion_grade', 'names'), steels)}"
+
+
+def outputs() -> str:
+    """Columns of the files that measure and orient write."""
+    intro = (
+        "Keys of the JSON lines and columns of the CSV that commands write. What does not exist is null, or an empty "
+        "cell; flags are a list, in CSV joined by `;`; true and false are `true` and `false`."
+    )
+    parts = [
+        ("hotgauge measure", "One row for each frame.", FRAME_COLUMNS),
+        (
+            "hotgauge orient, frames",
+            "One row for each frame: JSON lines with the key `frame`, or `NAME.csv`.",
+            ORIENT_COLUMNS,
+        ),
+        (
+            "hotgauge orient, ingots",
+            "One row for each ingot once it is decided or gone: JSON lines with the key `ingot`, or `NAME-ingots.csv`.",
+            INGOT_COLUMNS,
+        ),
+    ]
+    tables = [
+        "#" + _document(title, text, ("column", "unit", "text"), [(f"`{c.name}`", c.unit, c.text) for c in columns])
+        for title, text, columns in parts
+    ]
+    return f"# Files of measure and orient\n\n{intro}\n\n" + "\n".join(tables)
 
 
 def history() -> str:

@@ -41,6 +41,7 @@ def structures(dialect: Dialect) -> Iterator[str]:
         yield _written(
             dialect, f"{name}_RING", _place(words, select(REGISTERS, "input", "r", block)), _ring(name, block)
         )
+    yield _structure(dialect, "HOTGAUGE_BARS", words, select(REGISTERS, "input", "r", "bars"))
     yield _structure(dialect, "HOTGAUGE_SET_POINTS", "holding registers", select(REGISTERS, "holding", "rw"))
     yield _structure(dialect, "HOTGAUGE_ALARMS", "coils", select(REGISTERS, "coil", "r"))
     yield _structure(dialect, "HOTGAUGE_COMMANDS", "coils", select(REGISTERS, "coil", "rw"))

@@ -32,7 +32,7 @@ def one_reading(seed):
     seen = observe(true_rig, rng, true_board)
     board = Board.from_json(json.dumps(board_document(true_board, "srgb")))
     rig = calibrate(seen.calibration, seen.low, seen.high, board, true_rig.left.image_size).rig
-    reading = TangentGauge(rig).measure(*Scene(true_rig, seed).pair(bar, 0))
+    reading = TangentGauge(rig, 0.0).measure(*Scene(true_rig, seed).pair(bar, 0))
     return reading.diameter_mm - bar.diameter_mm, reading
 
 

@@ -23,7 +23,7 @@ def line_a(recordings, tmp_path_factory):
     board = json.loads((recordings / "line_a" / "board.json").read_text())
     board.pop("response")
     (folder / "board.json").write_text(json.dumps(board))
-    return Gauge(calibrate_folder(folder).rig)
+    return Gauge(calibrate_folder(folder).rig, 0.0)
 
 
 def frames(folder):
@@ -48,7 +48,7 @@ def test_the_recording_coded_again_keeps_its_diameters(line_a, recordings, name)
 def test_a_response_that_nobody_tells_is_measured(recordings):
     rig = calibrate_folder(recordings / "line_r").rig
     assert isinstance(rig.response, ResponseCurve)
-    gauge = Gauge(rig)
+    gauge = Gauge(rig, 0.0)
     for left, right, diameter_mm in frames(recordings / "line_r" / "scenes" / "s01_clean"):
         reading = gauge.measure(left, right)
         assert abs(reading.diameter_mm - diameter_mm) <= reading.expanded_uncertainty_mm

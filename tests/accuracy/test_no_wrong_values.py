@@ -34,7 +34,7 @@ CASES = {
 @pytest.fixture(scope="module", params=SEEDS)
 def seen(request):
     clean, end = draw("clean", request.param), draw("bar-end", request.param)
-    gauge = TangentGauge(perfect_rig(clean.rig, clean.response))
+    gauge = TangentGauge(perfect_rig(clean.rig, clean.response), 0.0)
     return gauge, clean, (end.left, end.right)
 
 
@@ -59,7 +59,7 @@ def test_a_frame_without_a_measurable_bar_is_served_as_no_value(seen, condition)
 
 def test_a_foreign_rig_serves_nothing_wrong():
     clean, other = (draw("clean", seed) for seed in SEEDS)
-    gauge = TangentGauge(perfect_rig(other.rig, clean.response))
+    gauge = TangentGauge(perfect_rig(other.rig, clean.response), 0.0)
     assert not is_wrong(gauge.measure(clean.left, clean.right), clean.truth["diameter_mm"])
 
 
@@ -68,6 +68,6 @@ def test_a_bar_that_covers_less_than_half_of_the_region_is_too_short():
     for seed in range(20_010, 20_013):
         scene = draw("bar-end", seed)
         covered = scene.truth["bars"][0]["covered_part"]
-        reading = TangentGauge(perfect_rig(scene.rig, scene.response)).measure(scene.left, scene.right)
+        reading = TangentGauge(perfect_rig(scene.rig, scene.response), 0.0).measure(scene.left, scene.right)
         assert reading.valid == (covered >= 0.5) or abs(covered - 0.5) < 0.02
         assert not (reading.valid and covered < 0.98) or reading.reasons & (Reason.BAR_HEAD | Reason.BAR_TAIL)

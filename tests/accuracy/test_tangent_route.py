@@ -23,7 +23,7 @@ def errors_mm(glow, response="srgb", believed=None):
         rng = np.random.default_rng(seed)
         true_rig, bar = random_rig(rng), random_bar(rng)
         pair = Scene(true_rig, seed, sensor=Sensor(response=response), glow=glow).pair(bar, 0)
-        reading = TangentGauge(perfect_rig(true_rig, believed or response)).measure(*pair)
+        reading = TangentGauge(perfect_rig(true_rig, believed or response), 0.0).measure(*pair)
         readings.append((reading.diameter_mm - bar.diameter_mm, reading.expanded_uncertainty_mm))
     return np.array(readings).T
 

@@ -34,9 +34,9 @@ def write(name, processes):
     cases = study(name).cases()
     made_from = commit()
     with ProcessPoolExecutor(processes) as pool:
-        rows = list(
-            tqdm(pool.map(row, [name] * len(cases), cases, chunksize=CHUNK), total=len(cases), desc=name, disable=None)
-        )
+        chunk = getattr(study(name), "CHUNK", CHUNK)
+        found = pool.map(row, [name] * len(cases), cases, chunksize=chunk)
+        rows = list(tqdm(found, total=len(cases), desc=name, disable=None))
     head = {"study": name, "text": study(name).TEXT, "commit": made_from, "cases": len(rows)}
     lines = ",\n".join(f"  {json.dumps(one)}" for one in rows)
     summary = json.dumps(study(name).summary(rows), indent=1)

@@ -51,14 +51,14 @@ def run(case):
         rig = line.rig
     except CalibrationError:
         return {"truth_mm": rounded(line.diameter_mm), "codings": {}}
-    former = Gauge(replace(rig, response=nearest_name(line.response)))
+    former = Gauge(replace(rig, response=nearest_name(line.response)), 0.0)
     codings = {name: of_coding(line, former, CODINGS[name]) for name in of_seed(case["seed"])}
     return {"truth_mm": rounded(line.diameter_mm), "codings": codings}
 
 
 def of_coding(line, former, coding):
     pictures, measured = line.sent(coding), line.measured_response(coding)
-    reading = Gauge(replace(line.rig, response=measured.curve)).measure(*pictures)
+    reading = Gauge(replace(line.rig, response=measured.curve), 0.0).measure(*pictures)
     before = former.measure(*(SentPicture.of(picture.shown) for picture in pictures))
     return {
         **of_reading(reading, line.diameter_mm),

@@ -14,11 +14,13 @@ from appliance.simulation.bars.study_scenes import draw
 from vision.alignment.quality import BarOutline
 from vision.fusion.methods import METHODS
 from vision.geometry.turned_region import resampled_region
+from vision.reasons import Reason
 from vision.sizing.virtual_board.aligned_pair import AlignedPair
 from vision.sizing.virtual_board.boundaries_of_interest import boundaries_of_interest, hot_mask
-from vision.sizing.virtual_board.gauge import VirtualBoardGauge, _reasons_of_edges
+from vision.sizing.virtual_board.gauge import VirtualBoardGauge
 from vision.sizing.virtual_board.reading import VirtualBoardReading
 from vision.sizing.virtual_board.tangent_crossing import solve_section
+from vision.sizing.virtual_board.view_edges import reasons_of_edges
 
 TEXT = (
     "Route V on one picture out of two, by method; rigs, boards and calibrations as in served_diameter, 800 x 600, "
@@ -72,27 +74,32 @@ class Watched(VirtualBoardGauge):
         self.alone = super().measure_bar(left, right, outlines)
         return self.alone
 
-    def _read(self, pair, reasons):
-        self.pair = pair
-        return super()._read(pair, reasons)
+    def read(self, pair, reasons):
+        if self.method == "none":
+            self.pair = pair
+        return super().read(pair, reasons)
+
+    def _fused(self, alignment, height_mm, method):
+        region = super()._fused(alignment, height_mm, method)
+        self.picture = region.picture
+        return region
 
     def again(self):
         self.picture = None
         if self.method == "none" or self.pair is None:
             return self.alone
         self._uncorrupted_area = np.nan
+        if self.method not in {"left", "right"}:
+            return self._read_fused(self.pair, self.rough[0], self.method, Reason.NONE)
         alignment, height_mm = self.pair.alignment, self.pair.height.height_mm
-        if self.method in {"left", "right"}:
-            views = {"left": alignment.left.picture, "right": alignment.right_on_left(height_mm)}
-            region = resampled_region(views[self.method], alignment.left)
-        else:
-            region = self._fused(alignment, height_mm, self.method)
+        views = {"left": alignment.left.picture, "right": alignment.right_on_left(height_mm)}
+        region = resampled_region(views[self.method], alignment.left)
         self.picture = region.picture
         edges = [self._view_edges(region, self.rough[0])]
-        reasons = _reasons_of_edges(edges)
+        reasons = reasons_of_edges(edges)
         if reasons.forbids_value:
             return VirtualBoardReading(reasons=reasons)
-        return super()._read(AlignedPair(alignment, self.pair.height, edges, self.pair.outline), reasons)
+        return super().read(AlignedPair(alignment, self.pair.height, edges, self.pair.outline), reasons)
 
     def _diameters(self, pair, width_mm):
         """One view alone is narrower or wider than the mean of both, by what the model says of its place."""

@@ -11,6 +11,7 @@ from appliance.cameras.recording.pairs import Recording
 from appliance.sizing.stereo.calibrate_folder import calibrate_folder
 from vision.alignment.view_alignment import Alignment
 from vision.alignment.virtual_boards import VirtualBoards
+from vision.fusion.common_view import common_rectangle
 from vision.fusion.methods import METHODS, fuse
 from vision.fusion.metrics import METRICS
 from vision.geometry.turned_region import picture_region
@@ -18,7 +19,8 @@ from vision.sizing.virtual_board.gauge import VirtualBoardGauge
 
 TEXT = (
     "Recording line_a, all 16 pairs, rig calibrated from its own boards; grey pictures, the rows that show the "
-    "measuring region, right view aligned on the plane where the bar's outlines agree. left and right: the views."
+    "measuring region, right view aligned on the plane where the bar's outlines agree; metrics of the largest "
+    "rectangle that both cameras see. left and right: the views."
 )
 FOLDER = Path(os.environ.get("HOTGAUGE_RECORDINGS", Path(__file__).parents[3] / "shared" / "recordings"), "line_a")
 VIEWS = ("left", "right")
@@ -35,12 +37,12 @@ def cases():
 
 
 def run(case):
-    left, right = aligned_pair(case["scene"], case["frame"])
+    (left, right), common = aligned_pair(case["scene"], case["frame"])
     if case["method"] in VIEWS:
         view = left if case["method"] == "left" else right
-        return {row.symbol: row.of_one(view) if row.of_one else None for row in METRICS}
+        return {row.symbol: row.of_one(view[common]) if row.of_one else None for row in METRICS}
     fused = fuse(left, right, case["method"])
-    return {row.symbol: row.measure(fused, left, right) for row in METRICS}
+    return {row.symbol: row.measure(fused[common], left[common], right[common]) for row in METRICS}
 
 
 @lru_cache(maxsize=1)
@@ -58,7 +60,8 @@ def aligned_pair(scene, frame):
     ]
     alignment = Alignment(rig(), VirtualBoards.of_rig(rig()), *regions, projective=True)
     pictures = alignment.left.picture, alignment.right_on_left(height_mm)
-    return [cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY) for picture in pictures]
+    common = common_rectangle(alignment.seen_by_both(height_mm))
+    return [cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY) for picture in pictures], common
 
 
 def summary(rows):

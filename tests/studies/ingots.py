@@ -5,8 +5,9 @@ import os
 import statistics
 from pathlib import Path
 
-from confusion import Confusion
 from ingot_truth import CLASSIFIERS, follow, recorded, simulated
+
+from appliance.comparison.confusion import Confusion
 
 TEXT = (
     "Simulated ingot lines at 960 x 540, one ingot each (two where two are in view), and the four recorded sequences. "

@@ -117,7 +117,7 @@ def shown(name, seed):
 
 def run(case):
     seen = shown(case["case"], case["seed"])
-    result = told(Gauge(rig_with_marks(seen.rig_seed)).measure(seen.left, seen.right), seen.truth_mm)
+    result = told(Gauge(rig_with_marks(seen.rig_seed), 0.0).measure(seen.left, seen.right), seen.truth_mm)
     if case["case"] != "frozen":
         return result
     faults = faults_of_frozen(seen, case["seed"])

@@ -39,7 +39,7 @@ def run(case):
     }
     for condition in CONDITIONS:
         setup = set_up(condition, seed)
-        readings = [Gauge(rig).measure(*setup.pair()) for rig in (rendered, projected)]
+        readings = [Gauge(rig, 0.0).measure(*setup.pair()) for rig in (rendered, projected)]
         result |= {f"{condition}_{name}": value for name, value in compared(*readings, setup.diameter_mm).items()}
     return result
 

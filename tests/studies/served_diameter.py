@@ -36,7 +36,7 @@ def run(case):
     scene = draw("clean", seed, effects=(name,)) if name in EFFECTS else draw(name, seed)
     pictures = (off_response(picture, seed) for picture in (scene.left, scene.right))
     try:
-        gauge = Gauge(rig_with_marks(seed))
+        gauge = Gauge(rig_with_marks(seed), 0.0)
     except CalibrationError:  # a board that is off by more than it says is refused, as it should be
         return {"truth_mm": scene.truth["diameter_mm"], "valid": False, "reasons": ["calibration_refused"]}
     return told(gauge.measure(*pictures), scene.truth["diameter_mm"])

@@ -23,6 +23,12 @@ def test_six_standard_deviations_are_less_than_a_tenth_of_the_tolerance(rows, co
     assert max(row["sigma_mm"] for row in mine) <= MOST_MM
 
 
+@pytest.mark.parametrize("condition", ["clean", "haze", "shimmer"])
+def test_six_standard_deviations_of_the_bar_s_value_are_less_than_a_tenth_under_shimmer_too(rows, condition):
+    bar = [row["sigma_bar_mm"] for row in rows if row["condition"] == condition]
+    assert np.sqrt(np.mean(np.square(bar))) <= MOST_MM
+
+
 def test_the_part_of_the_uncertainty_that_is_the_edges_scatter_is_the_scatter(rows):
     clean = [row for row in rows if row["condition"] == "clean"]
     sigma, u_edge = (np.sqrt(np.mean([row[name] ** 2 for row in clean])) for name in ("sigma_mm", "u_edge_mm"))

@@ -166,7 +166,7 @@ def aligned(gauge, left, right):
     )
     regions = gauge._regions((left, right), outlines)
     edges = [gauge._view_edges(region, outline) for region, outline in zip(regions, outlines, strict=True)]
-    return Alignment(gauge.rig, gauge._boards, *regions, True), [view.outline for view in edges]
+    return Alignment(gauge.rig, gauge.boards, *regions, True), [view.outline for view in edges]
 
 
 def world(seed, condition, unequal):

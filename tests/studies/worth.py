@@ -121,7 +121,7 @@ def reading_of(variant, rig, pair, truth_mm):
     with ExitStack() as changes:
         for name, value in variant.changed.items():
             changes.enter_context(patch(f"vision.{name}", value))
-        reading = Gauge(rig).measure(*pair)
+        reading = Gauge(rig, 0.0).measure(*pair)
     if not reading.valid:
         return None
     return [error_mm(reading.diameter_mm, truth_mm), rounded(reading.expanded_uncertainty_mm)]

@@ -191,7 +191,7 @@ def test_the_unit_is_exposed_as_little_as_promised(staged):
 
 def test_the_unit_starts_this_interpreter_and_leaves_compiled_code_possible(staged):
     unit = (staged / UNIT).read_text()
-    assert f"ExecStart={sys.executable} -P -m appliance run --config /etc/hotgauge/hotgauge.toml\n" in unit
+    assert f'ExecStart="{sys.executable}" -P -m appliance run --config /etc/hotgauge/hotgauge.toml\n' in unit
     assert not re.search("^MemoryDenyWriteExecute", unit, re.MULTILINE)
     assert "@" not in re.sub(r"@[a-z]+-?[a-z]*", "", unit)
 
@@ -263,3 +263,22 @@ def test_a_gauge_that_runs_is_no_trouble_for_the_doctor(manager):
     manager.hear_until("STATUS=measuring", 30)
     _, verdicts = doctor("--config", manager.config)
     assert verdicts["port"] == "good"
+
+
+@pytest.mark.parametrize("name", ["hot gauge", "50% steel", 'a "quoted" one', "back\\slash"])
+def test_an_interpreter_in_a_folder_of_any_name_is_started(tmp_path, monkeypatch, name):
+    interpreter = tmp_path / name / "python"
+    interpreter.parent.mkdir()
+    interpreter.symlink_to(sys.executable)
+    monkeypatch.setattr(sys, "executable", str(interpreter))
+    list(install(tmp_path))
+    said = subprocess.run(["systemd-analyze", "verify", tmp_path / UNIT], capture_output=True, text=True, check=False)
+    assert said.stdout + said.stderr == ""
+
+
+def test_settings_in_another_encoding_are_kept_and_no_trouble_of_removing(tmp_path):
+    list(install(tmp_path))
+    config = tmp_path / "etc/hotgauge/hotgauge.toml"
+    config.write_bytes("# Walzstraße\n".encode("latin-1"))
+    assert any(str(config) in line for line in remove(tmp_path))
+    assert config.exists()

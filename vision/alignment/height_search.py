@@ -90,7 +90,7 @@ class HeightLoop:
     def __init__(self) -> None:
         self.height_mm = math.nan
 
-    def find(self, evaluate: Evaluate, offset_per_mm: Callable[[float], float]) -> Height:
+    def find(self, evaluate: Evaluate, offset_per_mm: Callable[[float], float], boards: int = BOARD_COUNT) -> Height:
         """Height at which the outlines' centroids coincide, in whole steps of `HEIGHT_STEP_MM`.
 
         Parameters
@@ -99,6 +99,8 @@ class HeightLoop:
             Quality at a height.
         offset_per_mm : callable
             Change of the offset per mm, at a height.
+        boards : int
+            n of the search that follows where the loop does not end.
 
         Returns
         -------
@@ -109,7 +111,7 @@ class HeightLoop:
         start_mm = self.height_mm if math.isfinite(self.height_mm) else FIRST_HEIGHT_MM
         found = _follow(evaluate, offset_per_mm, start_mm)
         if not math.isfinite(found.height_mm):
-            best = search_by_offset(evaluate)
+            best = search_by_offset(evaluate, boards)
             again = _follow(evaluate, lambda height: _slope(evaluate, height), best.height_mm)
             tried = found.evaluations + best.evaluations + again.evaluations
             found = Height(again.height_mm, again.quality, tried)

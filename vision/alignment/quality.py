@@ -13,12 +13,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BarOutline:
-    """The bar's two edges in one view, each a chain of points (column, row), downwards.
+    """The bar's two edges in one view, each a chain of points (column, row).
 
     Attributes
     ----------
     first, second : ndarray of float64, shape (n, 2), n at least 2
-        Edge at smaller and at larger columns.
+        Edge at smaller and at larger columns; their rows need not increase.
     """
 
     first: Array
@@ -72,11 +72,16 @@ def _sides(outline: BarOutline, rows: Array) -> tuple[Array, Array]:
 
 
 def _column(edge: Array, rows: Array) -> Array:
-    """Column of a chain of points at given rows; beyond its ends it goes on straight."""
-    below, above = rows < edge[0, 1], rows > edge[-1, 1]
-    column = np.interp(rows, edge[:, 1], edge[:, 0])
+    """Column of a chain of points at given rows; beyond its ends it goes on straight.
+
+    The chain is put in order of rows: T_RL moves points that lie far off the edge to rows before their neighbours'.
+    """
+    row, first = np.unique(edge[:, 1], return_index=True)
+    edge = edge[first]
+    below, above = rows < row[0], rows > row[-1]
+    column = np.interp(rows, row, edge[:, 0])
     (x0, y0), (x1, y1) = edge[0], edge[-1]
-    slope = (x1 - x0) / (y1 - y0)
+    slope = (x1 - x0) / (y1 - y0) if len(row) > 1 else 0.0
     column[below] = x0 + slope * (rows[below] - y0)
     column[above] = x1 + slope * (rows[above] - y1)
     return column

@@ -55,6 +55,11 @@ class Alignment:
         """
         return self.right.seen_on(self.left, self.right_to_left(height_mm))
 
+    def seen_by_both(self, height_mm: float) -> NDArray[np.bool_]:
+        """Pixels of the left region that both cameras see on the virtual board at a height, shape (rows, columns)."""
+        own = self.left.seen_pixels(self.left, np.eye(3))
+        return own & self.right.seen_pixels(self.left, self.right_to_left(height_mm))
+
     def parallax(self, height_mm: float) -> Array:
         """Change of `right_to_left` per mm of height, as the rig's cameras have it, at one height."""
         up, down = (self._by_cameras(height_mm + step) for step in (0.5, -0.5))

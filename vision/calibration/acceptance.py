@@ -9,6 +9,9 @@ import numpy as np
 from vision.calibration.initial_guess import HIGH, LOW, Pose, View
 from vision.calibration.rig import SIDES, Rig
 
+GIVE_ONE_NUMBER = "give both pictures of a moment the same number"
+NOT_OF_ONE_MOMENT = "left and right do not fit together"
+NAMES_SHOWN = 4  # of pictures with one reason
 LEAST_PAIRS = 6  # chosen: boards that both cameras must have seen
 HEIGHT_SIGMAS = 4.0  # chosen: the high board may be off board.json by 4 standard uncertainties
 
@@ -32,10 +35,22 @@ class CalibrationError(Exception):
     """
 
     def __init__(self, reasons: Sequence[str], dropped: Sequence[Dropped] = ()) -> None:
-        left_out = "".join(f"; left out: {drop.name} ({drop.reason})" for drop in dropped)
-        super().__init__("calibration refused: " + "; ".join(reasons) + left_out)
+        super().__init__("calibration refused: " + "; ".join([*reasons, *_left_out(dropped)]))
         self.reasons = tuple(reasons)
         self.dropped = tuple(dropped)
+
+
+def _left_out(dropped: Sequence[Dropped]) -> list[str]:
+    """Pictures that were left out, those of one reason together, of many the first ones by name."""
+    by_reason: dict[str, list[str]] = {}
+    for drop in dropped:
+        by_reason.setdefault(drop.reason, []).append(drop.name)
+    return [f"left out: {_some(names)} ({reason})" for reason, names in by_reason.items()]
+
+
+def _some(names: Sequence[str]) -> str:
+    more = [f"{len(names) - NAMES_SHOWN} more"] if len(names) > NAMES_SHOWN else []
+    return ", ".join([*names[:NAMES_SHOWN], *more])
 
 
 class Limit(NamedTuple):
@@ -85,9 +100,12 @@ def check_pairs(views: Sequence[View], dropped: Sequence[Dropped]) -> None:
     left, right = ({view.board for view in views if view.side == side} for side in (0, 1))
     pairs = len(left & right)
     if pairs < LEAST_PAIRS:
-        reasons.append(
-            f"{pairs} boards are usable in both pictures where {LEAST_PAIRS} are needed: take more pairs of pictures"
-        )
+        usable = f"{pairs} boards are usable in both pictures where {LEAST_PAIRS} are needed"
+        apart = {drop.name.partition("_")[2] for drop in dropped if drop.reason.startswith(NOT_OF_ONE_MOMENT)}
+        advice = "take more pairs of pictures"
+        if pairs + len(apart) >= LEAST_PAIRS:
+            advice = f"the others, {len(apart)}, are not of one moment: {GIVE_ONE_NUMBER}"
+        reasons.append(f"{usable}: {advice}")
     if LOW not in left | right and any(LOW in drop.name for drop in dropped):
         reasons.append("no picture of the low board is usable, and it defines the world frame: take it again")
     if reasons:
@@ -118,7 +136,6 @@ def limits(rig: Rig, views: Sequence[View], boards: Sequence[Pose]) -> list[Limi
         ),
         _tilt(boards),
         _baseline(rig, boards),
-        _order(rig),
     ]
     for side, camera in enumerate((rig.left, rig.right)):
         covered = _covered(np.concatenate([v.corners_px for v in views if v.side == side]), camera.image_size)
@@ -128,6 +145,51 @@ def limits(rig: Rig, views: Sequence[View], boards: Sequence[Pose]) -> list[Limi
         text = f"the {SIDES[side]} focal length is known to {100.0 * relative_u:.2f} % only: more boards, more tilt"
         found.append(Limit(relative_u, 0.005, 0.02, text))
     return found
+
+
+def check_moments(boards: Sequence[str], apart: Sequence[str]) -> None:
+    """Raise `CalibrationError` when most boards were not before both cameras at one moment.
+
+    Parameters
+    ----------
+    boards : sequence of str
+        Boards that both cameras saw.
+    apart : sequence of str
+        Those of them on which the cameras do not agree.
+
+    Raises
+    ------
+    CalibrationError
+    """
+    if 2 * len(apart) > len(boards):
+        sentence = (
+            f"{NOT_OF_ONE_MOMENT} on {len(apart)} of {len(boards)} boards, though each camera's pictures are good: "
+            f"{GIVE_ONE_NUMBER}, and let cameras stand still meanwhile"
+        )
+        raise CalibrationError([sentence])
+
+
+def mounting_warnings(rig: Rig) -> list[str]:
+    """What is unusual in how the cameras stand, and is measured as it is.
+
+    Parameters
+    ----------
+    rig : Rig
+    """
+    x, y, z = rig.left.R @ (rig.right.centre_mm - rig.left.centre_mm) / rig.baseline_mm
+    warnings: list[str] = []
+    if x < -max(abs(y), abs(z)):
+        warnings.append(
+            "the pictures named left come from the camera on the right, or both are mirrored or upside down: "
+            "that is measured as well, but let recordings have the same names and turns"
+        )
+    along = abs(rig.right.centre_mm - rig.left.centre_mm)
+    if rig.has_world and along[1] > along[0]:
+        warnings.append(
+            "the cameras stand behind one another along the line, where they see the same two edges of a bar: put them "
+            "on either side of it, or lay the low board with its long side across the line"
+        )
+    return warnings
 
 
 def check_height(measured_mm: float, u_mm: float, expected_mm: float) -> None:
@@ -163,12 +225,6 @@ def _baseline(rig: Rig, boards: Sequence[Pose]) -> Limit:
     ratio = rig.baseline_mm / distance_mm
     text = f"the cameras stand {rig.baseline_mm:.0f} mm apart, {distance_mm:.0f} mm from the boards: move them apart"
     return Limit(-ratio, -0.15, -0.05, text)
-
-
-def _order(rig: Rig) -> Limit:
-    to_right = rig.left.R @ (rig.right.centre_mm - rig.left.centre_mm)
-    text = "the pictures named left come from the camera on the right: left and right are swapped"
-    return Limit(-float(to_right[0]) / rig.baseline_mm, 1.0, 0.5, text)
 
 
 def _covered(corners_px: np.ndarray, image_size: tuple[int, int]) -> float:

@@ -37,19 +37,21 @@ class Found(NamedTuple):
     reason: str
 
 
-def find_corners(image: SentPicture | Codes, board: Board) -> Found:
+def find_corners(image: SentPicture | Codes, board: Board, *, quick: bool = False) -> Found:
     """Find all inner corners of the board.
 
     OpenCV's classic detector and its sector-based one propose grids, the quick one first, until one holds: its
     corners are regular under a homography, and its squares are light and dark in turn. The first corner is that at
-    the dark square of the board's corner; where the colours do not tell the board from itself turned by half, x
-    along the long side points to the right of the picture.
+    the dark square of the board's corner; among orders that the colours do not tell apart, x along the long side (or
+    along a side, where they are equal) points most to the right of the picture.
 
     Parameters
     ----------
     image : SentPicture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
         Corners are found in 8 bits and located in the code values as they were sent.
     board : Board
+    quick : bool
+        Give up where the first detector finds no board, as a live picture wants it.
 
     Returns
     -------
@@ -67,12 +69,22 @@ def find_corners(image: SentPicture | Codes, board: Board) -> Found:
     fine = _fine_grey(picture)
     columns, rows = board.inner_corners
     reason = f"no board of {columns} x {rows} inner corners found"
-    for grid in _proposals(pixels, board):
+    for grid in _quick_proposals(pixels, board) if quick else _proposals(pixels, board):
+        if not _is_inside(grid, pixels):
+            reason = "a grid was found, but it reaches beyond the picture"
+            continue
         refined = _refined(fine, _right_handed(grid, board), board)
         reason = _fault(pixels, refined, board)
         if not reason:
             return Found(_ordered(pixels, refined, board), "")
     return Found(None, reason)
+
+
+def _quick_proposals(pixels: NDArray[np.uint8], board: Board) -> Iterator[NDArray[np.float64]]:
+    flags = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_FAST_CHECK
+    found, corners = cv2.findChessboardCorners(pixels, board.inner_corners, flags=flags)
+    if found:
+        yield corners.reshape(-1, 2).astype(np.float64)
 
 
 def _proposals(pixels: NDArray[np.uint8], board: Board) -> Iterator[NDArray[np.float64]]:
@@ -85,6 +97,12 @@ def _proposals(pixels: NDArray[np.uint8], board: Board) -> Iterator[NDArray[np.f
         found, corners = cv2.findChessboardCornersSB(pixels, size, flags=flags)
         if found:
             yield corners.reshape(-1, 2).astype(np.float64)
+
+
+def _is_inside(corners: NDArray[np.float64], pixels: NDArray[np.uint8]) -> bool:
+    """Whether all corners of a proposal lie in the picture, no two at one place."""
+    inside = (corners >= 0.0) & (corners <= np.array(pixels.shape[::-1]) - 1.0)
+    return bool(inside.all()) and len(np.unique(corners, axis=0)) == len(corners)
 
 
 def _right_handed(corners: NDArray[np.float64], board: Board) -> NDArray[np.float64]:
@@ -165,13 +183,24 @@ def _alternates(light: NDArray[np.float64]) -> bool:
 
 
 def _ordered(pixels: NDArray[np.uint8], corners: NDArray[np.float64], board: Board) -> NDArray[np.float64]:
+    orders = [board.turned(corners, turn) for turn in board.grid_turns]
+    if board.hidden_turns != board.grid_turns:
+        orders = [order for order in orders if _begins_dark(pixels, order, board)] or orders
+    return max(orders, key=lambda order: _to_the_right(order, board))
+
+
+def _begins_dark(pixels: NDArray[np.uint8], corners: NDArray[np.float64], board: Board) -> bool:
     to_picture = _homography(corners, board)
-    if board.half_turn_shows and to_picture is not None:
-        light = _lightness(pixels, to_picture, board)
-        backwards = light[0, 0] > light[0, 1]
-    else:
-        backwards = corners[board.inner_corners[0] - 1, 0] < corners[0, 0]
-    return corners[::-1].copy() if backwards else corners
+    if to_picture is None:
+        return False
+    light = _lightness(pixels, to_picture, board)
+    return bool(light[0, 0] < light[0, 1])
+
+
+def _to_the_right(corners: NDArray[np.float64], board: Board) -> float:
+    """Cosine between the board's x and the picture's."""
+    along = corners[board.inner_corners[0] - 1] - corners[0]
+    return float(along[0] / np.linalg.norm(along))
 
 
 def _homography(corners: NDArray[np.float64], board: Board) -> NDArray[np.float64] | None:

@@ -12,8 +12,10 @@ from vision.calibration.checkerboard import Board
 from vision.calibration.rig import SIDES
 from vision.geometry.camera import Camera, rotation
 
-HALF_TURN = np.diag([-1.0, -1.0, 1.0])
+QUARTER_TURN = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  # of `Board.turned`
 LOW, HIGH = "low", "high"
+# chosen, radians and parts of the distance: poses of one board by each camera alone agree to a few hundredths
+APART_MOST = 0.2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,9 +41,16 @@ class View:
         """Name of the picture, as its file is named."""
         return f"{SIDES[self.side]}_{self.board}"
 
-    def half_turned(self) -> "View":
-        """Return the view of the same board after half a turn about its normal."""
-        return replace(self, corners_px=self.corners_px[::-1])
+    def turned(self, quarter_turns: int, board: Board) -> "View":
+        """Return the view of the same board after quarter turns about its normal.
+
+        Parameters
+        ----------
+        quarter_turns : int
+            Of `Board.grid_turns`.
+        board : Board
+        """
+        return replace(self, corners_px=board.turned(self.corners_px, quarter_turns))
 
 
 class Pose(NamedTuple):
@@ -58,9 +67,9 @@ class Pose(NamedTuple):
         """Pose back."""
         return Pose(self.R.T, -self.R.T @ self.t)
 
-    def half_turned(self) -> "Pose":
-        """Pose of the same board after half a turn about its normal."""
-        return Pose(self.R @ HALF_TURN, self.t)
+    def turned(self, quarter_turns: int) -> "Pose":
+        """Pose of the same board after quarter turns about its normal."""
+        return Pose(self.R @ np.linalg.matrix_power(QUARTER_TURN, quarter_turns % 4), self.t)
 
 
 class OneCamera(NamedTuple):
@@ -69,6 +78,24 @@ class OneCamera(NamedTuple):
     camera: Camera
     poses: dict[str, Pose]
     misfits: list[View]
+
+
+class Relative(NamedTuple):
+    """Right camera as the left one sees it.
+
+    Attributes
+    ----------
+    pose : Pose
+        Left camera to right camera.
+    turned : dict of str to int
+        Quarter turns by which a board's corners are ordered otherwise in the right picture.
+    apart : list of str
+        Boards that both saw and that give another pose, by more than `APART_MOST`.
+    """
+
+    pose: Pose
+    turned: dict[str, int]
+    apart: list[str]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,12 +112,15 @@ class Guess:
         The views that the guess uses, their corners in orders that fit together.
     misfits : list of View
         The views left out.
+    apart : list of str
+        Boards that did not stand still between their two pictures, or were not of one moment.
     """
 
     cameras: tuple[Camera, Camera]
     boards: dict[str, Pose]
     views: list[View]
     misfits: list[View]
+    apart: list[str]
 
 
 def guess(views: Sequence[View], board: Board, image_size: tuple[int, int]) -> Guess:
@@ -113,23 +143,22 @@ def guess(views: Sequence[View], board: Board, image_size: tuple[int, int]) -> G
     """
     left, right = (calibrate_one([v for v in views if v.side == side], board, image_size) for side in (0, 1))
     misfits = left.misfits + right.misfits
-    to_right, turned = relative_pose(left.poses, right.poses, half_turn_shows=board.half_turn_shows)
+    to_right, turned, apart = relative_pose(left.poses, right.poses, board.hidden_turns)
 
     from_right = to_right.inverse()
-    boards = {
-        name: from_right.after(pose.half_turned() if name in turned else pose) for name, pose in right.poses.items()
-    } | left.poses
-    backwards = {name for name in (LOW, HIGH) if name in boards and boards[name].R[0, 0] < 0.0}
-    boards |= {name: boards[name].half_turned() for name in backwards}
+    boards = {name: from_right.after(pose.turned(turned.get(name, 0))) for name, pose in right.poses.items()}
+    boards |= left.poses
+    straight = _straightened(boards, board)
+    boards |= {name: boards[name].turned(turn) for name, turn in straight.items()}
     kept = [
-        view.half_turned() if (view.board in backwards) != (view.side == 1 and view.board in turned) else view
+        view.turned((straight.get(view.board, 0) + (turned.get(view.board, 0) if view.side else 0)) % 4, board)
         for view in views
         if view not in misfits
     ]
 
     to_left = Pose(np.eye(3), np.zeros(3))
     if LOW in boards:
-        to_left = boards[LOW].after(Pose(np.eye(3), np.array([0.0, 0.0, -board.low_mm])))
+        to_left = boards[LOW].after(Pose(np.eye(3), np.array([0.0, 0.0, -(board.low_mm or 0.0)])))
     to_right = to_right.after(to_left)
     return Guess(
         cameras=(
@@ -139,7 +168,19 @@ def guess(views: Sequence[View], board: Board, image_size: tuple[int, int]) -> G
         boards={name: to_left.inverse().after(pose) for name, pose in boards.items()},
         views=kept,
         misfits=misfits,
+        apart=apart,
     )
+
+
+def _straightened(boards: Mapping[str, Pose], board: Board) -> dict[str, int]:
+    """Quarter turns after which x of the low board points most to the right, and x of the high board with it."""
+    straight: dict[str, int] = {}
+    x = np.array([1.0, 0.0, 0.0])
+    for name in (LOW, HIGH):
+        if name in boards:
+            straight[name] = max(board.grid_turns, key=lambda turn: float(boards[name].turned(turn).R[:, 0] @ x))
+            x = boards[name].turned(straight[name]).R[:, 0]
+    return straight
 
 
 def calibrate_one(views: Sequence[View], board: Board, image_size: tuple[int, int]) -> OneCamera:
@@ -187,34 +228,25 @@ def calibrate_one(views: Sequence[View], board: Board, image_size: tuple[int, in
     return OneCamera(camera, poses, misfits)
 
 
-def relative_pose(
-    left: Mapping[str, Pose], right: Mapping[str, Pose], *, half_turn_shows: bool
-) -> tuple[Pose, set[str]]:
+def relative_pose(left: Mapping[str, Pose], right: Mapping[str, Pose], hidden_turns: Sequence[int]) -> Relative:
     """Find the pose from left to right camera that agrees best with all boards seen by both.
 
-    Of all candidates (one per board, two where half a turn of the board cannot be seen) it is the one with the
-    least median distance to the nearest candidate of each board, so single wrong pairs have no say.
+    Of all candidates (one per board and hidden turn) it is the one with the least median distance to the nearest
+    candidate of each board, so single wrong pairs have no say.
 
     Parameters
     ----------
     left, right : mapping of str to Pose
         Board to camera; at least one board in common.
-    half_turn_shows : bool
-        Whether the corners' order is sure.
+    hidden_turns : sequence of int
+        Quarter turns of the board that its colours do not show.
 
     Returns
     -------
-    pose : Pose
-        Left camera to right camera.
-    turned : set of str
-        Boards whose corners have opposite orders in the two pictures.
+    Relative
     """
     names = [name for name in left if name in right]
-    direct = [right[name].after(left[name].inverse()) for name in names]
-    if half_turn_shows:
-        candidates = [direct]
-    else:
-        candidates = [direct, [right[name].half_turned().after(left[name].inverse()) for name in names]]
+    candidates = [[right[name].turned(turn).after(left[name].inverse()) for name in names] for turn in hidden_turns]
     distances = np.array(
         [
             [[_distance(pose, other) for other in row] for row in candidates]
@@ -222,8 +254,13 @@ def relative_pose(
         ]
     )
     best = int(np.argmin(np.median(distances.min(axis=1), axis=1)))
-    turned = {name for name, row in zip(names, distances[best].T, strict=True) if row.argmin() == 1}
-    return candidates[best // len(names)][best % len(names)], turned
+    turned = {
+        name: hidden_turns[int(row.argmin())]
+        for name, row in zip(names, distances[best].T, strict=True)
+        if row.argmin()
+    }
+    apart = [name for name, row in zip(names, distances[best].T, strict=True) if row.min() > APART_MOST]
+    return Relative(candidates[best // len(names)][best % len(names)], turned, apart)
 
 
 def _distance(one: Pose, other: Pose) -> float:

@@ -1,11 +1,16 @@
 """Reading of JSON objects whose every fault becomes one sentence that names the key."""
 
+import difflib
 import json
 import math
+from collections.abc import Sequence
 from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
+
+MOST_COUNT = 65_535  # columns and rows of the largest pictures; no count is an amount of memory to ask for
+LONGEST_NUMBER = 300  # digits; what is longer is not finite as a floating-point number
 
 
 class Fields:
@@ -30,7 +35,7 @@ class Fields:
     def of_text(cls, text: str) -> "Fields":
         """Parse a JSON text; `NaN` and `Infinity`, which are no JSON, are refused."""
         try:
-            return cls(json.loads(text, parse_constant=_refuse_constant))
+            return cls(json.loads(text, parse_constant=_refuse_constant, parse_int=_short_number))
         except json.JSONDecodeError as error:
             raise ValueError(f"not well-formed JSON: {error}") from error
         except RecursionError as error:
@@ -39,6 +44,15 @@ class Fields:
     def __contains__(self, key: str) -> bool:
         """Whether the object has a key."""
         return key in self._values
+
+    def refuse_others(self, known: Sequence[str]) -> None:
+        """Raise `ValueError` for a key that is not known, with the nearest that is."""
+        for key in self._values:
+            if key not in known:
+                near = difflib.get_close_matches(key, known, n=1)
+                self.refuse(
+                    key, f"unknown; did you mean {near[0]}?" if near else f"unknown; known are {', '.join(known)}"
+                )
 
     def value(self, key: str) -> Any:
         """Value of a key that must be there."""
@@ -57,6 +71,10 @@ class Fields:
             self.refuse(key, f"a finite number is needed, not {value!r}")
         return float(value)
 
+    def number_or_none(self, key: str) -> float | None:
+        """Read a finite number; None where the key is not there."""
+        return self.number(key) if key in self else None
+
     def flag(self, key: str) -> bool:
         """Read true or false."""
         value = self.value(key)
@@ -65,11 +83,11 @@ class Fields:
         return value
 
     def pair_of_counts(self, key: str) -> tuple[int, int]:
-        """Two whole numbers above zero."""
+        """Two whole numbers from 1 to `MOST_COUNT`."""
         value = self.value(key)
         whole = isinstance(value, list) and all(isinstance(v, int) and not isinstance(v, bool) for v in value)
-        if not whole or len(value) != 2 or min(value) < 1:
-            self.refuse(key, f"two whole numbers above zero are needed, not {value!r}")
+        if not whole or len(value) != 2 or not 1 <= min(value) <= max(value) <= MOST_COUNT:
+            self.refuse(key, f"two whole numbers from 1 to {MOST_COUNT} are needed, not {value!r}")
         return value[0], value[1]
 
     def array(self, key: str, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
@@ -102,6 +120,12 @@ class Fields:
         key, reason : str
         """
         raise ValueError(f"{self._prefix}{key}: {reason}")
+
+
+def _short_number(digits: str) -> int:
+    if len(digits) > LONGEST_NUMBER:
+        raise ValueError(f"not a file of ours: a number has {len(digits)} digits")
+    return int(digits)
 
 
 def _refuse_constant(name: str) -> NoReturn:

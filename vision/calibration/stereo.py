@@ -4,14 +4,23 @@ Zhang's method per camera and the pose most boards agree on give a first guess; 
 adjusted at once, pictures that do not fit are left out, and the covariance of the adjustment becomes the rig's.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.calibration.acceptance import CalibrationError, Dropped, check_height, check_pairs, limits
+from vision.calibration.acceptance import (
+    NOT_OF_ONE_MOMENT,
+    CalibrationError,
+    Dropped,
+    check_height,
+    check_moments,
+    check_pairs,
+    limits,
+    mounting_warnings,
+)
 from vision.calibration.bundle_adjustment import (
     K3,
     N_BOARD,
@@ -29,6 +38,8 @@ from vision.calibration.initial_guess import HIGH, LOW, Guess, Pose, View, guess
 from vision.calibration.rig import BOARD_NAMES, Rig
 from vision.geometry.camera import rotation
 from vision.light import UNKNOWN_RESPONSE
+
+STAND_IN_RISE_MM = 200.0  # from the low board to the high one where no picture and no text tells it
 
 # Corners of one board in the left and in the right picture, each of shape (n, 2), pixels; None where not found.
 Pair = tuple[NDArray[np.float64] | None, NDArray[np.float64] | None]
@@ -88,6 +99,7 @@ def calibrate(
     board: Board,
     image_size: tuple[int, int],
     *,
+    names: Sequence[str] = (),
     region_y_mm: tuple[float, float] = (-250.0, 250.0),
     dropped: Sequence[Dropped] = (),
 ) -> Calibration:
@@ -95,20 +107,21 @@ def calibrate(
 
     The low board lies flat at `board.low_mm`: its centre projected to z = 0 is the origin, x runs along its long
     side to the right of the left picture, z towards the cameras. The high board lies parallel to it, anywhere, at
-    `board.high_mm` within the standard uncertainty of both heights. k3 of a camera is adjusted only when that
-    lowers Schwarz's information criterion, else it is 0.
+    `board.high_mm` within the standard uncertainty of both heights, or at a height that is measured. k3 of a camera
+    is adjusted only when that lowers Schwarz's information criterion, else it is 0.
 
     Parameters
     ----------
     poses : sequence of pair of ndarray of float64, shape (n, 2), or None
         Corners (x, y), pixels, in the left and the right picture of each pose, in the order of
-        `Board.corners_mm` (half a turn is allowed where the board's colours do not show it); None where there
-        are none.
+        `Board.corners_mm` (a turn is allowed where the board's colours do not show it); None where there are none.
     low, high : pair of the same
         The registration boards. Without a low one the world is the left camera's frame and `has_world` is false.
     board : Board
     image_size : tuple of int
         (columns, rows) of all pictures.
+    names : sequence of str
+        Names of the poses; their places, "00", "01", ..., unless given.
     region_y_mm : tuple of float
         Measuring region for the rig.
     dropped : sequence of Dropped
@@ -125,25 +138,33 @@ def calibrate(
     ValueError
         Corners of another shape than the board has, or not finite.
     """
-    views = _views(poses, low, high, board)
+    views = _views(dict(zip(names or map("{:02d}".format, range(len(poses))), poses, strict=True)), low, high, board)
     check_pairs(views, dropped)
+    if board.low_mm is None and any(view.board == LOW for view in views):
+        sentence = "low_mm is not given: the pictures of the low board need the height of its face over the conveyor"
+        raise CalibrationError([sentence], dropped)
     try:
         first = guess(views, board, image_size)
     except cv2.error as error:
         raise CalibrationError(["no camera explains the pictures: check board.json"], dropped) from error
+    both = {view.board for view in first.views if view.side == 0} & {view.board for view in first.views if view.side}
+    check_moments(sorted(both), first.apart)
     gone = [*dropped, *(Dropped(view.name, "does not fit the lens: a false grid") for view in first.misfits)]
     first, loose, fell = _without_misfits(first, board, gone)
     gone += fell
     has_high = LOW in first.boards and any(view.board == HIGH for view in first.views)
-    if has_high:
-        _check_high(loose, first, board)
+    if has_high and board.high_mm is not None:
+        _check_high(loose, first, board, board.high_mm)
     k3 = _k3_pays(loose, first)
-    final = adjust(_without_k3(loose.scene, k3), _problem(first, board, k3, height_known=has_high))
-    return _judged(_rig(final, first, board, region_y_mm), final, first, gone, has_high=has_high)
+    final = adjust(
+        _without_k3(loose.scene, k3), _problem(first, board, k3, high_mm=board.high_mm if has_high else None)
+    )
+    board = _with_heights(board, float(final.scene.t[list(first.boards).index(HIGH), 2]) if has_high else None)
+    return _judged(_rig(final, first, board, region_y_mm), final, first, gone, board, has_high=has_high)
 
 
-def _views(poses: Sequence[Pair], low: Pair, high: Pair, board: Board) -> list[View]:
-    named = {f"{index:02d}": pair for index, pair in enumerate(poses)} | {LOW: low, HIGH: high}
+def _views(poses: Mapping[str, Pair], low: Pair, high: Pair, board: Board) -> list[View]:
+    named = {**poses, LOW: low, HIGH: high}
     views = [
         View(side, name, corners)
         for name, pair in named.items()
@@ -156,7 +177,7 @@ def _views(poses: Sequence[Pair], low: Pair, high: Pair, board: Board) -> list[V
     return views
 
 
-def _problem(first: Guess, board: Board, k3: tuple[bool, bool], *, height_known: bool) -> Problem:
+def _problem(first: Guess, board: Board, k3: tuple[bool, bool], *, high_mm: float | None) -> Problem:
     names = list(first.boards)
     has_world = LOW in first.boards
     free = np.ones(N_RIG + N_BOARD * len(names), dtype=bool)
@@ -179,7 +200,7 @@ def _problem(first: Guess, board: Board, k3: tuple[bool, bool], *, height_known:
         for side in (0, 1)
     ]
     u_mm = max(np.sqrt(2.0) * board.height_u_mm, 1e-3)
-    known = (names.index(HIGH), board.high_mm, u_mm) if height_known else None
+    known = None if high_mm is None else (names.index(HIGH), high_mm, u_mm)
     return Problem(board.corners_mm, (sights[0], sights[1]), free, known)
 
 
@@ -204,7 +225,7 @@ def _without_misfits(first: Guess, board: Board, gone: Sequence[Dropped]) -> tup
     fell = list[Dropped]()
     while True:
         check_pairs(first.views, [*gone, *fell])
-        adjusted = adjust(_scene(first), _problem(first, board, (True, True), height_known=False))
+        adjusted = adjust(_scene(first), _problem(first, board, (True, True), high_mm=None))
         bad = _worst(first, adjusted, board)
         if not bad:
             return first, adjusted, fell
@@ -220,13 +241,15 @@ def _worst(first: Guess, adjusted: Adjusted, board: Board) -> dict[View, str]:
     if residuals[worst] <= limit:
         return {}
     pair = [view for view in first.views if view.board == worst.board]
-    alone = {view: residual_alone_px(view, adjusted.scene.cameras[view.side], board) for view in pair}
+    # cameras as their own pictures have them: wrong pairs bend those that were adjusted together
+    cameras = (first.cameras, adjusted.scene.cameras)
+    alone = {view: min(residual_alone_px(view, both[view.side], board) for both in cameras) for view in pair}
     wrong = {view: f"no regular grid, residual {px:.2f} px" for view, px in alone.items() if px > limit}
     if wrong:
         return wrong
     if worst.board == HIGH and LOW in first.boards:
         return dict.fromkeys(pair, f"the high board does not lie parallel to the low one, {residuals[worst]:.2f} px")
-    reason = f"left and right do not fit together, {residuals[worst]:.2f} px: swapped, or the board moved"
+    reason = f"{NOT_OF_ONE_MOMENT}, {residuals[worst]:.2f} px: not of one moment, or the board moved"
     return dict.fromkeys(pair, reason)
 
 
@@ -235,12 +258,28 @@ def _by_view(first: Guess, adjusted: Adjusted) -> dict[View, float]:
     return dict(zip(ordered, np.concatenate(adjusted.pictures_px).tolist(), strict=True))
 
 
-def _check_high(loose: Adjusted, first: Guess, board: Board) -> None:
+def _with_heights(board: Board, measured_mm: float | None) -> Board:
+    """Board with both heights: as told, as the pictures show them, or stand-ins where there are no such pictures."""
+    low_mm, high_mm, assumptions = board.low_mm, board.high_mm, board.assumptions
+    if low_mm is None:
+        low_mm = 0.0 if high_mm is None else high_mm - STAND_IN_RISE_MM
+    if high_mm is None and measured_mm is not None:
+        if measured_mm <= low_mm:
+            below = f"the high board appears {low_mm - measured_mm:.0f} mm below the low one"
+            raise CalibrationError([f"{below}: check that the pictures {LOW} and {HIGH} are not swapped"])
+        high_mm = measured_mm
+        shown = f"high_mm is not given: {high_mm:.1f} mm is what the pictures show"
+        assumptions = (*assumptions, f"{shown}, so that the heights are not checked")
+    high_mm = low_mm + STAND_IN_RISE_MM if high_mm is None else high_mm
+    return replace(board, low_mm=low_mm, high_mm=high_mm, assumptions=assumptions)
+
+
+def _check_high(loose: Adjusted, first: Guess, board: Board, high_mm: float) -> None:
     index = list(first.boards).index(HIGH)
     u_pictures_mm = np.sqrt(loose.covariance[N_RIG + N_BOARD * index + 5, N_RIG + N_BOARD * index + 5])
-    u_scale_mm = board.square_relative_u * (board.high_mm - board.low_mm)
+    u_scale_mm = board.square_relative_u * (high_mm - (board.low_mm or 0.0))
     u_mm = float(np.sqrt(u_pictures_mm**2 + u_scale_mm**2 + 2.0 * board.height_u_mm**2))
-    check_height(float(loose.scene.t[index, 2]), u_mm, board.high_mm)
+    check_height(float(loose.scene.t[index, 2]), u_mm, high_mm)
 
 
 def _k3_pays(loose: Adjusted, first: Guess) -> tuple[bool, bool]:
@@ -271,8 +310,8 @@ def _rig(final: Adjusted, first: Guess, board: Board, region_y_mm: tuple[float, 
         response=board.response or UNKNOWN_RESPONSE,
         region_y_mm=region_y_mm,
         square_relative_u=board.square_relative_u,
-        low_mm=board.low_mm,
-        high_mm=board.high_mm,
+        low_mm=board.low_mm or 0.0,
+        high_mm=board.high_mm or 0.0,
         height_u_mm=board.height_u_mm,
         boards={name: corners.get(name, np.empty((0, 2))) for name in BOARD_NAMES},
         residual_px=final.residual_px,
@@ -280,7 +319,9 @@ def _rig(final: Adjusted, first: Guess, board: Board, region_y_mm: tuple[float, 
     )
 
 
-def _judged(rig: Rig, final: Adjusted, first: Guess, gone: Sequence[Dropped], *, has_high: bool) -> Calibration:
+def _judged(
+    rig: Rig, final: Adjusted, first: Guess, gone: Sequence[Dropped], board: Board, *, has_high: bool
+) -> Calibration:
     scene = final.scene
     seen = {view.board for view in first.views}
     boards = [Pose(R, t) for name, R, t in zip(first.boards, scene.R, scene.t, strict=True) if name in seen]
@@ -288,7 +329,8 @@ def _judged(rig: Rig, final: Adjusted, first: Guess, gone: Sequence[Dropped], *,
     reasons = [limit.text for limit in judged if limit.broken]
     if reasons:
         raise CalibrationError(reasons, gone)
-    warnings = [limit.text for limit in judged if limit.close]
+    warnings = [limit.text for limit in judged if limit.close] + mounting_warnings(rig)
+    warnings += [text for text in board.assumptions if rig.has_world or not text.startswith("height_u_mm")]
     if not rig.has_world:
         warnings.append("the world frame is missing: no picture of the low board; the gauge cannot measure with this")
     elif not has_high:

@@ -33,6 +33,27 @@ AGREEMENT_PX = 0.5  # chosen: a mark further than this from the fitted motion is
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class MarksMotion:
+    """How far marks have moved since the calibration.
+
+    Attributes
+    ----------
+    moved_px : float
+        Root mean square of the fitted motion over the marks, pixels, less what noise alone would give; NaN when too few
+        marks agree on one.
+    place_px, shift_px : ndarray of float64, shape (m, 2)
+        Places of the marks that agree, (x, y), and how far each has moved.
+    """
+
+    moved_px: float
+    place_px: Array
+    shift_px: Array
+
+
+NO_MOTION = MarksMotion(np.nan, np.empty((0, 2)), np.empty((0, 2)))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Marks:
     """Marks of one camera, n of them.
 
@@ -65,7 +86,21 @@ class Marks:
             fields.refuse("patch", f"this is not a patch of {PATCH_SIDE_PX} x {PATCH_SIDE_PX} pixels for every mark")
 
     def moved_px(self, picture: Picture) -> float:
-        """Distance that the picture has moved since the calibration, px.
+        """Distance that the picture has moved since the calibration, px; see `motion`.
+
+        Parameters
+        ----------
+        picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+
+        Returns
+        -------
+        float
+            NaN when too few marks agree on one.
+        """
+        return self.motion(picture).moved_px
+
+    def motion(self, picture: Picture) -> "MarksMotion":
+        """How the picture has moved since the calibration.
 
         A shift and a turn are fitted robustly to the marks that are found again.
 
@@ -75,16 +110,16 @@ class Marks:
 
         Returns
         -------
-        float
-            Root mean square of the fitted motion over the marks, pixels, less what noise alone would give; NaN when too
-            few marks agree on one.
+        MarksMotion
+            Without marks when too few agree on one.
         """
-        near_px = _moved_within(self, picture, SEARCH_PX)
-        if np.isfinite(near_px) or len(self.patch) < LEAST_MARKS:
-            return near_px
+        near = _motion_within(self, picture, SEARCH_PX)
+        if np.isfinite(near.moved_px) or len(self.patch) < LEAST_MARKS:
+            return near
         smooth = _smooth_grey(picture)
         half = cv2.resize(smooth, (smooth.shape[1] // 2, smooth.shape[0] // 2), interpolation=cv2.INTER_AREA)
-        return 2 * _moved_within(self._halved(), np.asarray(half, np.float32), FAR_SEARCH_PX // 2)
+        far = _motion_within(self._halved(), np.asarray(half, np.float32), FAR_SEARCH_PX // 2)
+        return MarksMotion(2 * far.moved_px, 2 * far.place_px, 2 * far.shift_px)
 
     def _halved(self) -> "Marks":
         """Marks for pictures of half the size, each of whose pixels is four."""
@@ -144,15 +179,16 @@ def _around(picture: NDArray[Any], place: NDArray[np.int64], half: int) -> NDArr
     return picture[top:bottom, left:right]
 
 
-def _moved_within(marks: Marks, picture: Picture | NDArray[np.float32], search_px: int) -> float:
+def _motion_within(marks: Marks, picture: Picture | NDArray[np.float32], search_px: int) -> MarksMotion:
     found = [
         _shift_px(patch, picture, place, search_px) for patch, place in zip(marks.patch, marks.place_px, strict=True)
     ]
     seen = [shift is not None for shift in found]
     if sum(seen) < LEAST_MARKS:
-        return np.nan
-    place = marks.place_px[seen].astype(np.float64)
-    return _motion_px(place - place.mean(axis=0), np.array([shift for shift in found if shift is not None]))
+        return NO_MOTION
+    return _agreed_motion(
+        marks.place_px[seen].astype(np.float64), np.array([shift for shift in found if shift is not None])
+    )
 
 
 def _shift_px(
@@ -183,9 +219,9 @@ def _peak(three: NDArray[Any]) -> float:
     return 0.5 * (left - right) / min(left - 2 * middle + right, -1e-9)
 
 
-def _motion_px(place: Array, shift: Array) -> float:
-    """Root mean square of the shift and turn that most marks agree on; NaN when they do not."""
-    x, y = place.T
+def _agreed_motion(place: Array, shift: Array) -> MarksMotion:
+    """The shift and turn that most marks agree on; no motion when they do not."""
+    x, y = (place - place.mean(axis=0)).T
     none, one = np.zeros_like(x), np.ones_like(x)
     design = np.concatenate([np.column_stack([one, none, -y]), np.column_stack([none, one, x])])
     motion = np.array([*np.median(shift, axis=0), 0.0])
@@ -197,8 +233,9 @@ def _motion_px(place: Array, shift: Array) -> float:
         motion = np.linalg.lstsq(design[both], shift.T.ravel()[both], rcond=None)[0]
     off = (shift.T.ravel() - design @ motion).reshape(2, -1)[:, agrees]
     if np.count_nonzero(np.hypot(*off) <= AGREEMENT_PX) < max(LEAST_MARKS, len(x) // 2):
-        return np.nan
+        return NO_MOTION
     moved = np.mean(np.sum((design @ motion).reshape(2, -1)[:, agrees] ** 2, axis=0))
     # three fitted numbers bring the noise of three coordinates, over the number of marks
     by_noise = 3 * np.sum(off**2) / max(2 * agrees.sum() - 3, 1) / agrees.sum()
-    return float(np.sqrt(max(moved - NOISE_SIGMAS**2 * by_noise, 0.0)))
+    moved_px = float(np.sqrt(max(moved - NOISE_SIGMAS**2 * by_noise, 0.0)))
+    return MarksMotion(moved_px, place[agrees], shift[agrees])

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 
 # Confidences of the dissertation's structured forest, section 3.2: for the empty line and for a hot bar.
 EVERY_EDGE_CONFIDENCE, BAR_EDGE_CONFIDENCE = 0.02, 0.2
+LEAST_NEIGHBOURS = 2  # of algorithm 4
 
 
 def binarised(strength: NDArray[np.float32], confidence: float) -> NDArray[np.bool_]:
@@ -33,7 +34,7 @@ def binarised(strength: NDArray[np.float32], confidence: float) -> NDArray[np.bo
     return strength >= np.float32(confidence)
 
 
-def denoised(edges: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def denoised(edges: NDArray[np.bool_], least_neighbours: int = LEAST_NEIGHBOURS) -> NDArray[np.bool_]:
     """Keep edge pixels that have at least two others among their eight neighbours (algorithm 4 of the dissertation).
 
     Every pixel is judged by the input, not by what was removed before it. Border pixels, which the dissertation's loop
@@ -42,6 +43,8 @@ def denoised(edges: NDArray[np.bool_]) -> NDArray[np.bool_]:
     Parameters
     ----------
     edges : ndarray of bool, shape (rows, columns)
+    least_neighbours : int
+        Another number than the dissertation's two.
 
     Returns
     -------
@@ -55,4 +58,4 @@ def denoised(edges: NDArray[np.bool_]) -> NDArray[np.bool_]:
     if edges.dtype != np.bool_:
         raise TypeError(f"edges is an array of {edges.dtype}; wanted is bool")
     within = cv2.boxFilter(edges.astype(np.uint8), cv2.CV_8U, (3, 3), normalize=False, borderType=cv2.BORDER_CONSTANT)
-    return edges & (np.asarray(within) > 2)
+    return edges & (np.asarray(within) > least_neighbours)

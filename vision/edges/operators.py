@@ -16,7 +16,8 @@ A step of light between columns 31 and 32 is an upright edge; its direction is a
 """
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from functools import lru_cache
+from typing import Literal
 
 import cv2
 import numpy as np
@@ -26,16 +27,16 @@ from skimage import filters
 
 from vision.edges.forest.features import PATCH_PX
 from vision.edges.forest.inference import EdgeDetector, shipped_detector
+from vision.edges.forest.model import StructuredForest
+from vision.edges.names import CANNY_KERNELS, EDGE_METHODS, CannyKernel, EdgeMethod
 from vision.edges.thinning import NORMAL_REACH_PX, ridge_normals
 from vision.pictures import check_shape
 
-EdgeMethod = Literal["forest", "sobel", "prewitt", "roberts", "canny"]
-
-EDGE_METHODS: tuple[EdgeMethod, ...] = get_args(EdgeMethod)
-
 CANNY_THRESHOLDS = (0.02, 0.05)  # low, high: shares of the steepest gradient (dissertation, printed as 0.02 and 0.5)
 CANNY_SIGMA_PX = 2**0.5  # chosen: Gaussian smoothing before the gradient
+PRINTED_SIGMA_PX = 1.0  # of the kernels in eq. 2.5 and 2.6
 _CANNY_FULL_SCALE = 16_000  # steepest gradient as int16, so that a sum of two squares fits 32 bits
+_SMOOTHING = {"gaussian": (0, CANNY_SIGMA_PX), "3x3": (3, PRINTED_SIGMA_PX), "5x5": (5, PRINTED_SIGMA_PX)}
 _FLAT_GRADIENT = 1e-3  # chosen: Sobel gradients below it, before scaling, are rounding and no edge
 
 Image = NDArray[np.float32]
@@ -57,7 +58,42 @@ class EdgeMap:
     normal_rad: Image
 
 
-def detect_edges(image: Image, method: EdgeMethod, columns: slice = slice(None)) -> EdgeMap:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EdgeOptions:
+    """An edge detector with numbers or a model of its own.
+
+    Attributes
+    ----------
+    method : {"forest", "sobel", "prewitt", "roberts", "canny"}
+    forest : StructuredForest or None
+        Model of "forest"; None: the shipped one.
+    canny_low, canny_high : float
+        Thresholds of "canny", shares of the steepest gradient.
+    canny_kernel : {"gaussian", "3x3", "5x5"}
+        Smoothing of "canny": `CANNY_SIGMA_PX`, or the kernels of eq. 2.5 and 2.6.
+    """
+
+    method: EdgeMethod = "forest"
+    forest: StructuredForest | None = None
+    canny_low: float = CANNY_THRESHOLDS[0]
+    canny_high: float = CANNY_THRESHOLDS[1]
+    canny_kernel: CannyKernel = "gaussian"
+
+    def __post_init__(self) -> None:
+        if self.method not in EDGE_METHODS:
+            raise ValueError(f"edges: {self.method!r} is none of {', '.join(EDGE_METHODS)}")
+        if not 0 < self.canny_low <= self.canny_high < 1:
+            raise ValueError(
+                f"canny_low, canny_high: 0 < low <= high < 1 wanted, got {self.canny_low}, {self.canny_high}"
+            )
+        if self.canny_kernel not in CANNY_KERNELS:
+            raise ValueError(f"canny_kernel: {self.canny_kernel!r} is none of {', '.join(CANNY_KERNELS)}")
+
+
+Edges = EdgeMethod | EdgeOptions
+
+
+def detect_edges(image: Image, method: Edges, columns: slice = slice(None)) -> EdgeMap:
     """Edge strength and direction by one of `EDGE_METHODS`.
 
     Parameters
@@ -65,7 +101,7 @@ def detect_edges(image: Image, method: EdgeMethod, columns: slice = slice(None))
     image : ndarray of float32, shape (rows, columns) or (rows, columns, 3)
         Grey or red-green-blue, 0 to 1, at least 32 x 32. The classical operators take the grey value of coloured
         pictures.
-    method : {"forest", "sobel", "prewitt", "roberts", "canny"}
+    method : {"forest", "sobel", "prewitt", "roberts", "canny"} or EdgeOptions
         Sobel, Prewitt and Roberts give the gradient's magnitude by eq. 2.1 to 2.3 of the dissertation, scaled so that
         no picture can exceed 1; Canny (algorithm 1) gives 0 or 1 with `CANNY_THRESHOLDS`; the forest gives the share
         of its trees' votes.
@@ -84,16 +120,23 @@ def detect_edges(image: Image, method: EdgeMethod, columns: slice = slice(None))
         `method` is unknown; `image` has another type or shape, is empty or too small, or holds values that are not
         numbers from 0 to 1; there are no such columns.
     """
-    if method not in EDGE_METHODS:
-        raise ValueError(f"method: {method!r} is none of {', '.join(EDGE_METHODS)}")
+    options = method if isinstance(method, EdgeOptions) else EdgeOptions(method=method)
     image = checked_image(image)
-    if method == "forest":
+    if options.method == "forest":
         whole = columns.indices(image.shape[1])[:2] == (0, image.shape[1])
         # A second thread does not pay for a strip; callers with several strips detect them in parallel.
-        return forest_edges(shipped_detector() if whole else shipped_detector(1), image, columns)
+        return forest_edges(_detector(options.forest, 2 if whole else 1), image, columns)
     grey = grey_of(image)
-    whole = canny(grey, *CANNY_THRESHOLDS) if method == "canny" else _gradient_edges(grey, method)
+    if options.method == "canny":
+        whole = canny(grey, options.canny_low, options.canny_high, options.canny_kernel)
+    else:
+        whole = _gradient_edges(grey, options.method)
     return EdgeMap(whole.strength[:, columns], whole.normal_rad[:, columns])
+
+
+@lru_cache(maxsize=4)
+def _detector(forest: StructuredForest | None, threads: int) -> EdgeDetector:
+    return shipped_detector(threads) if forest is None else EdgeDetector(forest, threads)
 
 
 def grey_of(image: Image) -> Image:
@@ -125,7 +168,7 @@ def forest_edges(detector: EdgeDetector, image: Image, columns: slice = slice(No
     return EdgeMap(strength[:, wanted], ridge_normals(strength)[:, wanted])
 
 
-def canny(grey: Image, low: float, high: float) -> EdgeMap:
+def canny(grey: Image, low: float, high: float, kernel: CannyKernel = "gaussian") -> EdgeMap:
     """Canny's edges: strength 1 where a ridge of the gradient passes both thresholds, else 0.
 
     Parameters
@@ -135,12 +178,15 @@ def canny(grey: Image, low: float, high: float) -> EdgeMap:
     low, high : float
         Thresholds as shares of the steepest gradient in the picture: a ridge begins above `high` and is followed down
         to `low`.
+    kernel : {"gaussian", "3x3", "5x5"}
+        See `EdgeOptions`.
 
     Returns
     -------
     EdgeMap
     """
-    smooth = cv2.GaussianBlur(grey, (0, 0), CANNY_SIGMA_PX)
+    side, sigma_px = _SMOOTHING[kernel]
+    smooth = cv2.GaussianBlur(grey, (side, side), sigma_px)
     dx = cv2.Sobel(smooth, cv2.CV_32F, 1, 0)
     dy = cv2.Sobel(smooth, cv2.CV_32F, 0, 1)
     steepest = max(float(cv2.magnitude(dx, dy).max()), _FLAT_GRADIENT)

@@ -15,21 +15,17 @@ Where one view is dark, the maximum shows the other view:
 """
 
 from concurrent.futures import Executor
-from typing import Any, Literal, TypeVar, cast, get_args
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vision.fusion.fourier import fuse_spectra
 from vision.fusion.multiscale import DEFAULT_SCALES, Scales, fuse_pyramids, fuse_wavelets
+from vision.fusion.names import METHODS, Method
 from vision.fusion.wavelets import WAVELETS, WaveletName
 from vision.pictures import check_shape
 
-Method = Literal[
-    "fft", "db2", "db4", "db8", "db16", "fk4", "fk6", "fk8", "fk18", "pyramid", "average", "minimum", "maximum"
-]
-
-METHODS: tuple[Method, ...] = get_args(Method)
 MULTISCALE: tuple[Method, ...] = (*WAVELETS, "pyramid")
 
 Sample = TypeVar("Sample", np.uint8, np.uint16, np.float32, np.float64)

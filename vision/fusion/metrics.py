@@ -107,6 +107,63 @@ def sum_of_correlations_of_differences(fused: Picture, left: Picture, right: Pic
     return _correlation(F - second, first) + _correlation(F - first, second)
 
 
+def printed_feature_mutual_information(fused: Picture, left: Picture, right: Picture) -> float:
+    """FMI as eq. 5.6 prints it: I(A, F) + I(B, F), bit, of the features of `feature_mutual_information`.
+
+    Range 0 to 16; larger is better. The dissertation's values lie below 1, so they are not of this equation.
+
+    Parameters
+    ----------
+    fused, left, right : ndarray of uint8, shape (rows, columns)
+        Grey.
+
+    Raises
+    ------
+    ValueError
+        A picture is no grey uint8 picture, or their shapes differ.
+    """
+    _check_alike(fused, left, right)
+    feature = [_gradient_steps(picture) for picture in (fused, left, right)]
+    return _in_common(feature[0], feature[1])[0] + _in_common(feature[0], feature[2])[0]
+
+
+def printed_sum_of_correlations(fused: Picture, left: Picture, right: Picture) -> float:
+    """SCD as eq. 5.7 prints it: r(F - S1, S1) + r(F - S2, S2), each view with its own difference.
+
+    Range -2 to 2. What a view lacks correlates negatively with it, so that these values are mostly below 0 and the
+    dissertation's, which are not, are not of this equation.
+
+    Parameters
+    ----------
+    fused, left, right : ndarray of uint8, shape (rows, columns)
+        Grey.
+
+    Raises
+    ------
+    ValueError
+        A picture is no grey uint8 picture, or their shapes differ.
+    """
+    _check_alike(fused, left, right)
+    F, first, second = (picture.astype(np.float64) for picture in (fused, left, right))
+    return _correlation(F - first, first) + _correlation(F - second, second)
+
+
+def printed_edge_dissimilarity(fused: Picture, left: Picture, right: Picture) -> float:
+    """N_ESSIM as eq. 5.9 prints it, with its factor of 1000; see `edge_dissimilarity`.
+
+    Parameters
+    ----------
+    fused, left, right : ndarray of uint8, shape (rows, columns)
+        Grey.
+
+    Raises
+    ------
+    ValueError
+        A picture is no grey uint8 picture, or their shapes differ.
+    """
+    return 1000.0 * edge_dissimilarity(fused, left, right)
+
+
 def edge_dissimilarity(fused: Picture, left: Picture, right: Picture) -> float:
     """N_ESSIM, eq. 5.9 without its factor of 1000, which the dissertation's values do not have either.
 
@@ -197,6 +254,12 @@ class Metric:
         return self.of_one(fused)
 
 
+PRINTED_METRICS: tuple[Metric, ...] = (
+    Metric("FMI", "eq. 5.6 as printed, bit", True, of_fused=printed_feature_mutual_information),
+    Metric("SCD", "eq. 5.7 as printed", True, of_fused=printed_sum_of_correlations),
+    Metric("ESSIM", "eq. 5.9 as printed", False, of_fused=printed_edge_dissimilarity),
+)
+
 METRICS: tuple[Metric, ...] = (
     Metric("H", "entropy, bit per pixel", True, of_one=entropy),
     Metric("SD", "standard deviation", True, of_one=standard_deviation),
@@ -238,10 +301,16 @@ def _gradient_steps(picture: Picture) -> NDArray[np.int64]:
 
 def _shared(first: NDArray[np.int64], second: NDArray[np.int64]) -> float:
     """I / (H_1 + H_2), 0 to 1/2."""
+    common, both = _in_common(first, second)
+    return common / both if both > 0.0 else 0.5
+
+
+def _in_common(first: NDArray[np.int64], second: NDArray[np.int64]) -> tuple[float, float]:
+    """I and H_1 + H_2, bit."""
     joint = np.bincount(256 * first + second, minlength=256 * 256)
     of_first, of_second = (_entropy(joint.reshape(256, 256).sum(axis=axis)) for axis in (1, 0))
     both = of_first + of_second
-    return (both - _entropy(joint)) / both if both > 0.0 else 0.5
+    return both - _entropy(joint), both
 
 
 def _correlation(first: Array, second: Array) -> float:

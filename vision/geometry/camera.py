@@ -124,3 +124,8 @@ class Camera:
             R=rotation(delta[9:12]) @ self.R,
             t=self.t + delta[12:15],
         )
+
+    def turned(self, omega: NDArray[np.float64]) -> "Camera":
+        """Return the camera turned about its own projection centre by a rotation vector, radians, in its own axes."""
+        turn = rotation(omega)
+        return replace(self, R=turn @ self.R, t=turn @ self.t)

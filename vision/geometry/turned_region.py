@@ -86,14 +86,33 @@ class Region:
         -------
         ndarray of uint8, shape of `other.picture`
         """
+        aligned = other.picture.copy()
+        maps = self._maps_on(other, to_other)
+        cv2.remap(self.raw.shown, *maps, cv2.INTER_LINEAR, dst=aligned, borderMode=cv2.BORDER_TRANSPARENT)
+        return aligned
+
+    def seen_pixels(self, other: "Region", to_other: Array) -> NDArray[np.bool_]:
+        """Pixels of another region that this camera sees whole, with all neighbours that `seen_on` mixes.
+
+        Parameters
+        ----------
+        other : Region
+        to_other : ndarray of float64, shape (3, 3)
+            See `seen_on`.
+
+        Returns
+        -------
+        ndarray of bool, shape (rows, columns)
+        """
+        white = np.full(self.raw.shown.shape[:2], 255, dtype=np.uint8)
+        return np.asarray(cv2.remap(white, *self._maps_on(other, to_other), cv2.INTER_LINEAR)) == 255
+
+    def _maps_on(self, other: "Region", to_other: Array) -> Maps:
         to_ideal = self.to_ideal @ np.linalg.inv(to_other)
         # a homography is known up to its sign; the depths that it gives must be positive
         middle = np.array([other.picture.shape[1] / 2, other.picture.shape[0] / 2, 1.0])
         to_ideal *= np.sign(to_ideal[2] @ middle)
-        maps = fixed_point_map(self.camera, to_ideal, other.picture.shape[:2], farthest_ideal_radius(self.camera))
-        aligned = other.picture.copy()
-        cv2.remap(self.raw.shown, *maps, cv2.INTER_LINEAR, dst=aligned, borderMode=cv2.BORDER_TRANSPARENT)
-        return aligned
+        return fixed_point_map(self.camera, to_ideal, other.picture.shape[:2], farthest_ideal_radius(self.camera))
 
 
 class RegionSampler:

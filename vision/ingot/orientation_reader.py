@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from vision.ingot.classifiers.classifier import Face
 from vision.ingot.classifiers.names import ClassifierName
-from vision.ingot.classifiers.similarity import as_reference, similarity
+from vision.ingot.classifiers.similarity import USUAL_COMPARISON, Comparison, as_reference, circular, similarity
+from vision.ingot.classifiers.ssim import SingleSimilarity
 from vision.ingot.classifiers.table import CLASSIFIERS
 from vision.ingot.end_finder import Box, End, EndFinder
 from vision.ingot.end_image import end_image
@@ -54,6 +55,8 @@ class OrientationReader:
     references : References
     classifier : str
         One of `CLASSIFIERS`; "single" and "dual" are the dissertation's.
+    comparison : Comparison
+        How similarities with the references are computed.
 
     Raises
     ------
@@ -61,12 +64,23 @@ class OrientationReader:
         `classifier` is not in the table, or a reference has no picture's shape.
     """
 
-    def __init__(self, finder: EndFinder, references: References, classifier: ClassifierName = "relief") -> None:
+    def __init__(
+        self,
+        finder: EndFinder,
+        references: References,
+        classifier: ClassifierName = "relief",
+        comparison: Comparison = USUAL_COMPARISON,
+    ) -> None:
         if classifier not in CLASSIFIERS:
             raise ValueError(f"classifier is {classifier!r}; allowed are {', '.join(CLASSIFIERS)}")
         self._finder = finder
         self._top, self._bottom = as_reference(references.top), as_reference(references.bottom)
-        self._classifier = CLASSIFIERS[classifier](self._top, self._bottom)
+        self._comparison = comparison
+        kind = CLASSIFIERS[classifier]
+        if kind is SingleSimilarity:
+            self._classifier = SingleSimilarity(self._top, self._bottom, comparison.threshold)
+        else:
+            self._classifier = kind(self._top, self._bottom)
 
     def read(self, picture: Picture) -> OrientationReading:
         """Find the end in a picture and say which one it is.
@@ -91,7 +105,7 @@ class OrientationReader:
         if end is None:
             return OrientationReading(reasons=reasons)
         image = end_image(picture, end)
-        face = Face(image, similarity(image, self._top), similarity(image, self._bottom))
+        face = Face(image, self._similarity(image, self._top), self._similarity(image, self._bottom))
         verdict = self._classifier.judge(face)
         return OrientationReading(
             present=True,
@@ -102,12 +116,23 @@ class OrientationReader:
             center_x=end.center_x,
             center_y=end.center_y,
             radius=end.radius,
-            reasons=reasons | (IngotReason.OVEREXPOSED if _is_overexposed(picture, end) else IngotReason.NONE),
+            reasons=reasons | (IngotReason.OVEREXPOSED if is_overexposed(picture, end) else IngotReason.NONE),
         )
 
+    def _similarity(self, image: Picture, reference: Picture) -> float:
+        if self._comparison.circular:
+            image, reference = circular(image), circular(reference)
+        return similarity(image, reference, self._comparison.exponents)
 
-def _is_overexposed(picture: Picture, end: End) -> bool:
-    """Whether much of the square within the end's circle is clipped in red."""
+
+def is_overexposed(picture: Picture, end: End) -> bool:
+    """Whether much of the square within the end's circle is clipped in red.
+
+    Parameters
+    ----------
+    picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+    end : End
+    """
     half = round(0.7 * end.radius)
     x, y = round(end.center_x), round(end.center_y)
     inside = picture[max(0, y - half) : y + half + 1, max(0, x - half) : x + half + 1]

@@ -18,17 +18,25 @@ uncertainties, sqrt(U_T^2 + U_V^2), but the trust in it is limited:
 """
 
 import math
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
+from vision.calibration.camera_turn import camera_turn
 from vision.calibration.rig import Rig
+from vision.calibration.still_marks import MarksMotion
+from vision.edges.operators import Edges
+from vision.fusion.names import Fusion
 from vision.readings import SizeReading
 from vision.reasons import Reason
 from vision.sent_picture import Codes, SentPicture
 from vision.sizing.checked_pictures import checked_pair
-from vision.sizing.tangent.gauge import TangentGauge
+from vision.sizing.region_grid import Outline
+from vision.sizing.tangent.bar_pairs import MOST_BARS, pairs_of_bars
+from vision.sizing.tangent.gauge import TangentGauge, one_bar
 from vision.sizing.virtual_board.gauge import VirtualBoardGauge
 from vision.sizing.virtual_board.reading import VirtualBoardReading
 
@@ -43,8 +51,12 @@ class Gauge:
     Parameters
     ----------
     rig : Rig
-    ovality_mm : float
-        Greatest minus least width of a section that the product may have.
+    ovality_mm : float or None
+        Greatest minus least width of a section that the product may have; None: what is usual of hot-rolled rounds.
+    edges : str or EdgeOptions
+        Edge detector of route V.
+    fusion : str
+        How route V fuses the views, if at all; see `VirtualBoardGauge`.
 
     Raises
     ------
@@ -52,11 +64,13 @@ class Gauge:
         The rig has no world frame or no boards, or a camera does not see the measuring region.
     """
 
-    def __init__(self, rig: Rig, ovality_mm: float = 0.0) -> None:
+    def __init__(
+        self, rig: Rig, ovality_mm: float | None = None, *, edges: Edges = "forest", fusion: Fusion = "none"
+    ) -> None:
         self._rig = rig
         self._beside = ThreadPoolExecutor(1)
         self._tangent = TangentGauge(rig, ovality_mm)
-        self._virtual_board = VirtualBoardGauge(rig)
+        self._virtual_board = VirtualBoardGauge(rig, edges=edges, fusion=fusion)
 
     def measure(self, left: SentPicture | Codes, right: SentPicture | Codes) -> SizeReading:
         """Diameter of the bar in one pair of pictures: route T's, judged by route V's.
@@ -78,25 +92,63 @@ class Gauge:
             A picture is not of 8 or 16 bit, not grey or three-channel, or not of the size that the rig was calibrated
             for.
         """
-        pictures = checked_pair(self._rig, left, right)
-        outlines = self._tangent.find(*pictures)
-        moved_px = self._moved_px(*pictures)
-        moved = _reasons_of_move(max(np.nan_to_num(moved_px)))
-        if isinstance(outlines, Reason):
-            return SizeReading(reasons=outlines | moved)
-        if moved.forbids_value:
-            return SizeReading(reasons=moved)
-        beside = self._beside.submit(self._virtual_board.measure_bar, *pictures, outlines)
-        tangent = self._tangent.measure_bar(*pictures, outlines, moved_px)
-        reading = judged(tangent, beside.result())
-        return replace(reading, reasons=reading.reasons | moved)
+        readings = self.measure_bars(left, right)
+        return readings[0] if len(readings) == 1 else SizeReading(reasons=Reason.SEVERAL_BARS)
 
-    def _moved_px(self, left: SentPicture, right: SentPicture) -> tuple[float, float]:
-        """Distance that each camera's still marks (fixed background points) have moved, px."""
+    def measure_bars(
+        self, left: SentPicture | Codes, right: SentPicture | Codes, *, synchronous: bool = False
+    ) -> tuple[SizeReading, ...]:
+        """Diameters of all bars side by side in one pair of pictures; errors as in `measure`.
+
+        Parameters
+        ----------
+        left, right : SentPicture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
+        synchronous : bool
+            Whether time stamps prove that both cameras exposed together.
+
+        Returns
+        -------
+        tuple of SizeReading
+            One, with the reasons of `measure`, unless a view shows several bars: then those that both views show, from
+            smaller x, at most `MOST_BARS`, by route T alone, and last one without a value for each outline that only
+            one view shows (`one_camera`).
+        """
+        pictures = checked_pair(self._rig, left, right)
+        outlines = self._tangent.outlines(*pictures)
+        motions = self._motions(*pictures)
+        moved = _reasons_of_move(max(np.nan_to_num([motion.moved_px for motion in motions])))
+        found = one_bar(outlines)
+        if isinstance(found, Reason) and Reason.SEVERAL_BARS not in found:
+            return (SizeReading(reasons=found | moved),)
+        if moved.forbids_value:
+            return (SizeReading(reasons=moved),)
+        turns = (camera_turn(self._rig.left, motions[0]), camera_turn(self._rig.right, motions[1]))
+        still = synchronous and not any(math.isnan(motion.moved_px) for motion in motions)
+        measure_bar = partial(self._tangent.measure_bar, *pictures, turns=turns, synchronous=still)
+        if isinstance(found, Reason):
+            readings = self._side_by_side(outlines, measure_bar)
+        elif Reason.CALIBRATION_DUE in moved:  # route V does not allow for cameras that have turned
+            readings = (measure_bar(found),)
+        else:
+            beside = self._beside.submit(self._virtual_board.measure_bar, *pictures, found)
+            readings = (judged(measure_bar(found), beside.result()),)
+        return tuple(replace(reading, reasons=reading.reasons | moved) for reading in readings)
+
+    def _side_by_side(
+        self,
+        outlines: tuple[list[Outline], list[Outline]],
+        measure_bar: Callable[[tuple[Outline, Outline]], SizeReading],
+    ) -> tuple[SizeReading, ...]:
+        pairs, alone = pairs_of_bars(self._rig, *outlines)
+        readings = [measure_bar(pair) for pair in pairs] + [SizeReading(reasons=Reason.ONE_CAMERA)] * alone
+        return tuple(readings[:MOST_BARS]) if len(readings) > 1 else (SizeReading(reasons=Reason.SEVERAL_BARS),)
+
+    def _motions(self, left: SentPicture, right: SentPicture) -> tuple[MarksMotion, MarksMotion]:
+        """How each camera's still marks (fixed background points) have moved."""
         marks = self._rig.marks
-        beside = self._beside.submit(marks[0].moved_px, left.shown)
-        right_px = marks[1].moved_px(right.shown)
-        return beside.result(), right_px
+        beside = self._beside.submit(marks[0].motion, left.shown)
+        right_motion = marks[1].motion(right.shown)
+        return beside.result(), right_motion
 
 
 def _reasons_of_move(moved_px: float) -> Reason:

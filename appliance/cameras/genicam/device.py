@@ -5,6 +5,7 @@ Aravis' Python interface is made at run time and has no types of its own.
 
 import importlib
 import math
+import socket
 import time
 from typing import Any, NamedTuple, cast
 
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from appliance.cameras.genicam.settings import GenicamSection
+from appliance.cameras.genicam.trigger import ACTION, CONTROL_PORT, DEVICE_KEY, GROUP_KEY, GROUP_MASK
 from appliance.cameras.pairing import Exposure
 from appliance.cameras.picture_clock import Arrival, PresentationClock
 from appliance.cameras.source import CameraError
@@ -25,6 +27,12 @@ BUFFERS = 8
 LAST_16_BIT_ID = 65535  # of a GigE Vision 1 stream; 1 follows (AIA GigE Vision 1.2, block id)
 INCOMPLETE_TIME_S = 3.0  # of pictures that all came incomplete
 TEMPERATURE_PERIOD_S = 5.0
+EXPOSURE_CHUNK = "ExposureTime"
+PTP_FEATURES = ("PtpEnable", "GevIEEE1588")  # GenICam SFNC 2.7, and what it was before 2.0
+ACTION_FEATURES = {
+    "ActionSelector": 1, "ActionDeviceKey": DEVICE_KEY, "ActionGroupKey": GROUP_KEY, "ActionGroupMask": GROUP_MASK,
+}  # fmt: skip
+IP_MTU = 14  # of Linux; Python has no name for it
 JUMBO_FROM_BYTES = 1500  # largest of Ethernet without them (IEEE 802.3)
 MOSAICS: dict[str, Mosaic] = {"RG": "RGGB", "GR": "GRBG", "GB": "GBRG", "BG": "BGGR"}
 
@@ -114,6 +122,7 @@ class Device:
             for _ in range(BUFFERS):
                 self._stream.push_buffer(Aravis.Buffer.new_allocate(self._camera.get_payload()))
             self._camera.get_device().connect("control-lost", self._lose)
+            self._chunks = self._camera.create_chunk_parser() if settings.chunk_data else None
             self._camera.start_acquisition()
         except GLib.Error as error:
             raise CameraError(f"{self._name}: {_sentence(error)}; check cable, power and other programs") from None
@@ -152,6 +161,20 @@ class Device:
         except GLib.Error:
             self._gone = True
 
+    @property
+    def card(self) -> str:
+        """Address of the network card that the camera is connected to; empty for a camera without a network."""
+        if not self._camera.is_gv_device():
+            return ""
+        return str(self._camera.get_device().get_interface_address().get_address().to_string())
+
+    def fire(self) -> None:
+        """Expose now, a camera whose trigger is Software; one that is gone says so by its pictures."""
+        try:
+            self._camera.software_trigger()
+        except GLib.Error:
+            self._gone = True
+
     def temperature_c(self) -> float:
         """Of the camera, asked for now and then; NaN when it does not tell."""
         now_s = time.monotonic()
@@ -187,8 +210,40 @@ class Device:
         else:
             camera.clear_triggers()
             camera.set_frame_rate(settings.rate_hz)
+        self._set_network()
+        if settings.chunk_data:
+            if not camera.are_chunks_available():
+                raise CameraError(f"{self._name} sends no chunk data; leave chunk_data out")
+            camera.set_chunks(EXPOSURE_CHUNK)
+
+    def _set_network(self) -> None:
+        """Packets, clock and action commands, of cameras on a network."""
+        camera, settings = self._camera, self._settings
         if camera.is_gv_device():
-            camera.gv_auto_packet_size()
+            self._set_packets()
+        if settings.wants_ptp:
+            for feature in PTP_FEATURES:
+                if camera.is_feature_available(feature):
+                    camera.set_boolean(feature, True)
+        if settings.trigger == ACTION:
+            for feature, value in ACTION_FEATURES.items():
+                camera.set_integer(feature, value)
+
+    def _set_packets(self) -> None:
+        """Packets as they are set, else as large as pass: a camera that cannot try keeps a size that may not."""
+        camera, wanted_bytes = self._camera, self._settings.packet_bytes
+        most_bytes = _path_bytes(camera.get_device().get_device_address().get_address().to_string())
+        if wanted_bytes > most_bytes:
+            raise CameraError(
+                f"{self._name}: packets of {wanted_bytes} bytes do not pass, {most_bytes} do; set packet_bytes to "
+                "that, or the network card's MTU higher"
+            )
+        if wanted_bytes:
+            camera.gv_set_packet_size(wanted_bytes)
+            return
+        camera.gv_auto_packet_size()
+        if camera.gv_get_packet_size() > most_bytes:
+            camera.gv_set_packet_size(most_bytes)
 
     def _set_light(self) -> None:
         camera, settings = self._camera, self._settings
@@ -207,7 +262,8 @@ class Device:
     def _exposure(self, buffer: Any, asked_s: float) -> Exposure | None:
         self._count(buffer.get_frame_id())
         now_s = time.monotonic()
-        if buffer.get_status() != Aravis.BufferStatus.SUCCESS:
+        picture = self._picture(buffer) if buffer.get_status() == Aravis.BufferStatus.SUCCESS else None
+        if picture is None:
             self._incomplete += 1
             self._refuse_incomplete(now_s)
             return None
@@ -218,7 +274,16 @@ class Device:
         moment_s = self._clock.moment_s(Arrival(arrived_s, now_s - asked_s, stamp_s, None, 0.0))
         if moment_s is None:
             return None
-        return Exposure(self._picture(buffer), self._number, round(1e6 * stamp_s), moment_s, self._settings.exposure_us)
+        return Exposure(picture, self._number, round(1e6 * stamp_s), moment_s, self._exposure_us(buffer))
+
+    def _exposure_us(self, buffer: Any) -> float:
+        """Exposure time as the camera sends it with the picture, else as it was set."""
+        if self._chunks is not None and buffer.has_chunks():
+            try:
+                return float(self._chunks.get_float_value(buffer, f"Chunk{EXPOSURE_CHUNK}"))
+            except GLib.Error:
+                return math.nan
+        return self._settings.exposure_us
 
     def _count(self, frame_id: int) -> None:
         """Number the picture, those before it that never came included."""
@@ -235,10 +300,13 @@ class Device:
                 "check the network card's packet size (jumbo frames) and its receive buffers"
             )
 
-    def _picture(self, buffer: Any) -> SentPicture:
+    def _picture(self, buffer: Any) -> SentPicture | None:
+        """Picture of a buffer; None where it is shorter than its size, as after packets of another length."""
         kind = np.uint8 if self._coding.bits == 8 else np.dtype("<u2")
         codes: NDArray[Any] = np.frombuffer(bytes(buffer.get_data()), kind)
         shape = buffer.get_image_height(), buffer.get_image_width()
+        if codes.size < shape[0] * shape[1]:
+            return None
         return sent_picture(codes[: shape[0] * shape[1]].reshape(shape), self._coding)
 
 
@@ -251,6 +319,13 @@ def _device_of(serial: str) -> str:
     raise CameraError(
         f"no camera {serial} answers; there are: {seen}; check cable and power, and the address's network"
     )
+
+
+def _path_bytes(address: str) -> int:
+    """Largest packet to an address, as this computer's cards have it (ip(7), IP_MTU)."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.connect((address, CONTROL_PORT))
+        return probe.getsockopt(socket.IPPROTO_IP, IP_MTU)
 
 
 def _coding(pixel_format: str) -> Coding:

@@ -34,9 +34,21 @@ class GenicamSection(Section):
     black_level: float = Field(
         default=0.0, ge=0, le=4096, description="Code value of darkness, where the camera has such a setting"
     )
-    region: Box = Field(default=[], description="Part of the sensor that is sent; empty sends the whole")
+    region: Box = Field(default=[], description="Part of the sensor that is read out; []: all of it")
     trigger: str = Field(
-        default="", description="Input that fires each exposure, such as Line0; empty: the camera runs freely"
+        default="",
+        description="What fires each exposure: an input such as Line0; Software or Action1: this computer, rate_hz "
+        "times a second, each camera by its own command or all by one; empty: the camera runs freely",
+    )
+    packet_bytes: int = Field(
+        default=0,
+        ge=0,
+        le=16110,
+        description="Size of a GigE camera's packets; 0: the largest that the network carries",
+        json_schema_extra=unit("bytes"),
+    )
+    chunk_data: bool = Field(
+        default=False, description="Have the camera send its exposure time with each picture, where it can"
     )
     delay_ms: float = Field(
         default=10.0,
@@ -45,6 +57,11 @@ class GenicamSection(Section):
         description="Time from exposure to the arrival of a picture that did not wait; it counts to a reading's age",
         json_schema_extra=unit("ms"),
     )
+
+    @property
+    def wants_ptp(self) -> bool:
+        """Whether the camera keeps its clock in step with another's."""
+        return False
 
 
 class GenicamCamera(PairCamera, GenicamSection):
@@ -55,8 +72,14 @@ class GenicamCamera(PairCamera, GenicamSection):
     right: str = Field(description="Serial number of the right camera")
     common_clock: bool = Field(
         default=False,
-        description="Whether both cameras' clocks are kept in step (PTP), so that their time stamps make the pairs",
+        description="Whether both cameras' clocks are kept in step, so that their time stamps make the pairs; PTP is "
+        "switched on where a camera has it",
     )
+
+    @property
+    def wants_ptp(self) -> bool:
+        """Whether the cameras keep their clocks in step."""
+        return self.common_clock
 
     @property
     def in_words(self) -> str:
@@ -98,5 +121,5 @@ def aravis() -> Generator[None]:
     except (ImportError, ValueError) as error:  # PyGObject is missing, or Aravis' description is
         raise CameraError(
             "Aravis is not installed; install it with: apt-get install gir1.2-aravis-0.8 libgirepository1.0-dev "
-            "libcairo2-dev, then pip install 'hotgauge[genicam]'"
+            "libcairo2-dev, then pip install 'PyGObject<3.51'"
         ) from error

@@ -2,12 +2,14 @@
 
 import contextlib
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Self
 
 from appliance.cameras.genicam.device import Device
-from appliance.cameras.genicam.settings import GenicamCamera, GenicamPictures
-from appliance.cameras.pacing import utc_ms
+from appliance.cameras.genicam.settings import GenicamCamera, GenicamPictures, GenicamSection
+from appliance.cameras.genicam.trigger import ACTION, SOFTWARE, ActionCommand, Firing
+from appliance.cameras.newest_picture import NewestPicture
 from appliance.cameras.pairing import Pairing
 from appliance.cameras.source import Frame, FramePair
 
@@ -35,6 +37,7 @@ class GenicamSource:
             for serial in (self._settings.left, self._settings.right):
                 self._devices.append(Device(serial, self._settings))
                 opened.callback(self._devices[-1].close)
+            _fire(self._devices, self._settings, opened)
             self._close = opened.pop_all()
         self._pairing = Pairing(self._in_step_s, same_sequence=False)
         return self
@@ -89,36 +92,37 @@ class GenicamPictureSource:
 
     def __enter__(self) -> Self:
         """Open and start the camera; raises `CameraError`."""
-        self._device = Device(self._settings.serial, self._settings)
-        self._first: int | None = None
-        self._delivered = 0
+        with contextlib.ExitStack() as opened:
+            self._device = Device(self._settings.serial, self._settings)
+            opened.callback(self._device.close)
+            _fire([self._device], self._settings, opened)
+            self._close = opened.pop_all()
+        self._newest = NewestPicture(self._device.take, self._device.temperature_c)
         return self
 
     def __exit__(self, *_: object) -> None:
         """Stop the camera."""
-        self._device.close()
+        self._close.close()
 
     def next(self, timeout_s: float) -> Frame | None:
         """Newest picture; None when none came in time, `CameraError` when the camera is lost."""
-        newest = self._device.take(timeout_s)
-        while (later := self._device.take(0.0)) is not None:
-            newest = later
-        if newest is None:
-            return None
-        self._first = newest.sequence if self._first is None else self._first
-        number = newest.sequence - self._first
-        self._delivered += 1
-        return Frame(
-            newest.picture.shown,
-            sequence=number,
-            exposed_monotonic_s=newest.exposed_monotonic_s,
-            exposed_utc_ms=utc_ms(newest.exposed_monotonic_s),
-            exposure_us=newest.exposure_us,
-            dropped=number + 1 - self._delivered,
-            device_us=newest.device_us,
-            temperature_c=self._device.temperature_c(),
-        )
+        return self._newest.next(timeout_s)
 
     def set_exposure(self, exposure_us: float) -> None:
         """Have the next pictures exposed for another time."""
         self._device.set_exposure(exposure_us)
+
+
+def _fire(devices: Sequence[Device], settings: GenicamSection, opened: contextlib.ExitStack) -> None:
+    """Begin to fire cameras that wait for this computer, until `opened` is closed."""
+    if settings.trigger == SOFTWARE:
+
+        def fire() -> None:
+            for device in devices:
+                device.fire()
+
+        opened.callback(Firing(fire, settings.rate_hz).close)
+    elif settings.trigger == ACTION:
+        command = ActionCommand(device.card for device in devices)
+        opened.callback(command.close)
+        opened.callback(Firing(command.send, settings.rate_hz).close)

@@ -85,4 +85,4 @@ def depthai() -> Generator[None]:
     try:
         yield
     except ImportError as error:
-        raise CameraError("depthai is not installed; install it with: pip install 'hotgauge[oak]'") from error
+        raise CameraError("depthai is not installed; install it with: pip install depthai") from error

@@ -17,8 +17,8 @@ from typing import Self, cast
 import depthai as dai
 import numpy as np
 
+from appliance.cameras.newest_picture import NewestPicture
 from appliance.cameras.oak.settings import OakCamera, OakPictures
-from appliance.cameras.pacing import utc_ms
 from appliance.cameras.pairing import Exposure, Pairing
 from appliance.cameras.source import CameraError, Frame, FramePair
 from vision.sent_picture import SentPicture
@@ -159,10 +159,10 @@ class _Open:
             self._pipeline.stop()
             self._pipeline.wait()  # its threads must not outlive the interpreter
 
-    def take(self, side: int, wait: timedelta) -> Exposure | None:
+    def take(self, side: int, wait_s: float) -> Exposure | None:
         """Next picture of a camera; None when none came in time, `CameraError` when the device is lost."""
         try:
-            frame = cast("dai.ImgFrame | None", self._queues[side].get(wait))
+            frame = cast("dai.ImgFrame | None", self._queues[side].get(max(NO_WAIT, timedelta(seconds=wait_s))))
         except QUEUE_CLOSED_ERROR as error:
             raise CameraError("an OAK camera is gone; check cable and power") from error
         return None if frame is None else self._exposure(frame)
@@ -183,8 +183,9 @@ class _Open:
     def set_exposure(self, exposure_us: float, sensitivity_iso: int) -> None:
         control = dai.CameraControl()
         control.setManualExposure(round(exposure_us), sensitivity_iso)
-        for queue in self.cameras.controls:
-            queue.send(control)
+        with contextlib.suppress(RuntimeError, QUEUE_CLOSED_ERROR):  # a lost device says so by its pictures
+            for queue in self.cameras.controls:
+                queue.send(control)
 
     def temperature_c(self) -> float:
         """Of the hottest device, asked for now and then; NaN when it is not known."""
@@ -245,14 +246,14 @@ class OakSource:
     def _newest(self, until_s: float) -> FramePair | None:
         """Wait for a picture of the camera that is behind, then take all that have come."""
         wait_s = max(until_s - time.monotonic(), 0.001)
-        self._add(self._pairing.behind, timedelta(seconds=wait_s))
+        self._add(self._pairing.behind, wait_s)
         for side in (0, 1):
-            while self._add(side, NO_WAIT):
+            while self._add(side, 0.0):
                 pass
         return self._pairing.newest_pair()
 
-    def _add(self, side: int, wait: timedelta) -> bool:
-        exposure = self._open.take(side, wait)
+    def _add(self, side: int, wait_s: float) -> bool:
+        exposure = self._open.take(side, wait_s)
         if exposure is not None:
             self._pairing.add(side, exposure)
         return exposure is not None
@@ -279,8 +280,7 @@ class OakPictureSource:
     def __enter__(self) -> Self:
         """Open the device and start it; raises `CameraError`."""
         self._open = _Open(lambda pipeline: self._camera(pipeline, self._settings))
-        self._first: int | None = None
-        self._delivered = 0
+        self._newest = NewestPicture(lambda wait_s: self._open.take(0, wait_s), self._open.temperature_c)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -289,24 +289,7 @@ class OakPictureSource:
 
     def next(self, timeout_s: float) -> Frame | None:
         """Newest picture; None when none came in time, `CameraError` when the device is lost."""
-        newest = self._open.take(0, timedelta(seconds=timeout_s))
-        while (later := self._open.take(0, NO_WAIT)) is not None:
-            newest = later
-        if newest is None:
-            return None
-        self._first = newest.sequence if self._first is None else self._first
-        number = newest.sequence - self._first
-        self._delivered += 1
-        return Frame(
-            newest.picture.shown,
-            sequence=number,
-            exposed_monotonic_s=newest.exposed_monotonic_s,
-            exposed_utc_ms=utc_ms(newest.exposed_monotonic_s),
-            exposure_us=newest.exposure_us,
-            dropped=number + 1 - self._delivered,
-            device_us=newest.device_us,
-            temperature_c=self._open.temperature_c(),
-        )
+        return self._newest.next(timeout_s)
 
     def set_exposure(self, exposure_us: float) -> None:
         """Have the next pictures exposed for another time."""

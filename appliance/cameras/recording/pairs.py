@@ -1,21 +1,18 @@
 """Recorded image pairs: two folders of pictures or two video files, as a camera or one after the other."""
 
+import bisect
 import csv
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import Generic, Protocol, Self, TypeVar
+from typing import Generic, Self, TypeVar
 
 from appliance.cameras.pacing import Pacer, device_us, utc_ms
-from appliance.cameras.recording.picture_file import read_picture, read_told_coding
-from appliance.cameras.recording.video_file import VideoFile
+from appliance.cameras.recording.frames import open_pair
+from appliance.cameras.recording.names import stretch_starts
 from appliance.cameras.source import CameraError, EndOfRecording, FramePair
 from vision.sent_picture import SentPicture
 
-Pictures = tuple[SentPicture, SentPicture]
-
-PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg")
-VIDEO_SUFFIXES = (".mp4", ".avi", ".mkv", ".mov")
-SIDES = ("left", "right")
+STAMPS_FILE = "timestamps.csv"
 
 Recorded = TypeVar("Recorded")
 
@@ -26,26 +23,33 @@ class Recording:
     Parameters
     ----------
     folder : Path
-        With `left/` and `right/` (pictures named by their frame number) or `left.mp4` and `right.mp4`
-        (also .avi, .mkv and .mov, in letters of any case);
-        what pictures cannot say of their coding stands in `coding.json`.
+        With `left/` and `right/` (pictures named by their frame number), or pictures or videos whose names say left
+        and right (see `names`); what pictures cannot say of their coding stands in `coding.json`.
+
+    Attributes
+    ----------
+    numbers : sequence of int
+        Frame number of each pair; of videos as their headers announce them.
 
     Raises
     ------
     CameraError
-        Folder missing, no recording in it, names or numbers of left and right pictures differ, a video
+        Folder missing or unreadable, no recording in it, names or numbers of left and right pictures differ, a video
         cannot be opened.
     """
 
     def __init__(self, folder: Path) -> None:
-        if not folder.is_dir():
-            raise CameraError(f"{folder}: no such folder; give the folder of a recording")
-        self._frames = _open_frames(folder)
+        try:
+            self._frames = open_pair(folder)
+        except OSError as error:
+            place = error.filename or folder
+            raise CameraError(f"{place}: cannot be read ({error.strerror}); check its permissions") from error
+        self.numbers = self._frames.numbers
         self._shape: tuple[int, int] | None = None
 
     def __len__(self) -> int:
         """Number of pairs; of videos as their headers announce it."""
-        return self._frames.announced
+        return len(self.numbers)
 
     def __iter__(self) -> Iterator[tuple[int, SentPicture, SentPicture]]:
         """Frame number, left and right picture of each pair; raises `CameraError` like `read`."""
@@ -65,10 +69,10 @@ class Recording:
         pair = self._frames.read(position)
         if pair is None:
             return None
-        number, pictures = pair
-        for side, picture in zip(SIDES, pictures, strict=True):
+        number, (left, right) = pair
+        for side, picture in enumerate((left, right)):
             self._shape = unchanged_size(self._shape, picture, self._frames.place(side, number))
-        return number, *pictures
+        return number, left, right
 
     def close(self) -> None:
         """Let go of the files."""
@@ -100,20 +104,27 @@ class Laps(Generic[Recorded]):
         Frame at a position from 0; None after the end, which may come before `length`, as videos are described.
     loop : bool
         Start again at the end, else raise `EndOfRecording`.
+    starts : iterable of int
+        Positions at which the recording jumps to another time.
 
     Attributes
     ----------
     lap : int
         Times that the recording has been started again.
+    stretch : int
+        Number of the stretch without a break: each lap and each start in it begins another.
     """
 
-    def __init__(self, folder: Path, length: int, read: Callable[[int], Recorded | None], loop: bool) -> None:
+    def __init__(
+        self, folder: Path, length: int, read: Callable[[int], Recorded | None], loop: bool, starts: Iterable[int] = ()
+    ) -> None:
         self._folder = folder
         self._length = length
+        self._starts = sorted(starts)
         self._read = read
         self._loop = loop
         self._start = 0
-        self.lap = 0
+        self.lap = self.stretch = 0
 
     def frame(self, sequence: int) -> Recorded:
         """Frame of an exposure, later than the last one asked for; raises `EndOfRecording`."""
@@ -127,6 +138,8 @@ class Laps(Generic[Recorded]):
             frame = self._read(position)
         if frame is None:
             raise EndOfRecording(f"{self._folder}: the recording is over; play it again or let it loop")
+        begun = bisect.bisect(self._starts, sequence - self._start)
+        self.stretch = self.lap * (len(self._starts) + 1) + begun
         return frame
 
 
@@ -154,9 +167,11 @@ class RecordingSource:
     def __enter__(self) -> Self:
         """Open the recording; raises `CameraError` like `Recording`, and for a `timestamps.csv` that is wrong."""
         self._recording = Recording(self._folder)
-        self._laps = Laps(self._folder, len(self._recording), self._recording.read, self._loop)
         self._last: int | None = None
         self._stamps = _Stamps(self._folder, self._rate_hz)
+        numbers = self._recording.numbers
+        starts = stretch_starts(self._stamps.moments(numbers))
+        self._laps = Laps(self._folder, len(numbers), self._recording.read, self._loop, starts)
         self._pacer = Pacer(self._rate_hz)
         return self
 
@@ -192,6 +207,8 @@ class RecordingSource:
             exposed_utc_ms=utc_ms(moment_s),
             dropped=self._pacer.dropped,
             repeated=repeated,
+            stamped=self._stamps.measured,
+            stretch=self._laps.stretch,
         )
 
 
@@ -199,9 +216,19 @@ class _Stamps:
     """Device time stamps: those of `timestamps.csv`, moved on by each lap, or those of a steady clock."""
 
     def __init__(self, folder: Path, rate_hz: float) -> None:
-        self._path = folder / "timestamps.csv"
+        self._path = folder / STAMPS_FILE
         self._rate_hz = rate_hz
-        self._table = _read_stamps(self._path) if self._path.is_file() else None
+        self._table = read_stamps(folder) if self._path.is_file() else None
+
+    @property
+    def measured(self) -> bool:
+        """Whether they are those of `timestamps.csv`."""
+        return self._table is not None
+
+    def moments(self, numbers: Iterable[int]) -> list[int]:
+        """What tells how much time lies between frames: their stamps where there are any, else their numbers."""
+        table = self._table
+        return list(numbers) if table is None else [table[number][0] for number in numbers if number in table]
 
     def of(self, number: int, sequence: int, lap: int) -> tuple[int, int]:
         """Time stamps of both exposures of a frame, µs."""
@@ -222,9 +249,19 @@ def _lap_us(table: dict[int, tuple[int, int]]) -> int:
     return span_us + span_us // max(1, len(stamps) - 1)
 
 
-def _read_stamps(path: Path) -> dict[int, tuple[int, int]]:
+def read_stamps(folder: Path) -> dict[int, tuple[int, int]]:
+    """Time stamps of both cameras by frame, µs, of a recording's `timestamps.csv`; none without that file.
+
+    Raises
+    ------
+    CameraError
+        The file is no table of whole numbers, or one is too large.
+    """
+    path = folder / STAMPS_FILE
+    if not path.is_file():
+        return {}
     try:
-        with path.open(newline="", encoding="utf-8") as file:
+        with path.open(newline="", encoding="utf-8-sig") as file:
             rows = list(csv.DictReader(file))
         return {int(row["frame"]): (int(row["left_us"]), int(row["right_us"])) for row in rows}
     except (OSError, ValueError, KeyError, TypeError, csv.Error) as error:
@@ -232,111 +269,3 @@ def _read_stamps(path: Path) -> dict[int, tuple[int, int]]:
             f"{path}: not a table of whole numbers with the columns frame,left_us,right_us ({error!r}); "
             "correct the file or remove it"
         ) from error
-
-
-class _Frames(Protocol):
-    """Where the pairs of a recording are stored."""
-
-    announced: int
-
-    def read(self, position: int) -> tuple[int, Pictures] | None: ...
-
-    def place(self, side: str, number: int) -> str: ...
-
-    def close(self) -> None: ...
-
-
-def _open_frames(folder: Path) -> _Frames:
-    if all((folder / side).is_dir() for side in SIDES):
-        return _PictureFrames(folder)
-    left, right = (_video_named(folder, side) for side in SIDES)
-    if left is not None and right is not None:
-        return _VideoFrames(left, right)
-    raise CameraError(
-        f"{folder}: holds neither left/ and right/ with pictures nor left.mp4 and right.mp4; "
-        "give the folder of a recording of two cameras"
-    )
-
-
-def _video_named(folder: Path, side: str) -> Path | None:
-    """Video of one side, in letters of any case; the first by name if there are several."""
-    videos = (path for path in sorted(folder.iterdir()) if path.suffix.lower() in VIDEO_SUFFIXES)
-    return next((path for path in videos if path.stem.lower() == side), None)
-
-
-class _PictureFrames:
-    """Pictures named by frame number in `left/` and `right/`."""
-
-    def __init__(self, folder: Path) -> None:
-        left, right = (numbered_pictures(folder / side) for side in SIDES)
-        if left.keys() != right.keys():
-            alone = min(left.keys() ^ right.keys())
-            raise CameraError(
-                f"{folder}: {len(left)} left and {len(right)} right pictures do not form pairs, first at frame "
-                f"{alone}; complete or remove the pictures that stand alone"
-            )
-        if not left:
-            raise CameraError(f"{folder}: left/ and right/ hold no PNG or JPEG pictures; record some")
-        self._paths = {number: (left[number], right[number]) for number in sorted(left)}
-        self._numbers = list(self._paths)
-        self._told = read_told_coding(folder)
-        self.announced = len(self._numbers)
-
-    def read(self, position: int) -> tuple[int, Pictures] | None:
-        if position >= self.announced:
-            return None
-        number = self._numbers[position]
-        left, right = self._paths[number]
-        return number, (read_picture(left, self._told), read_picture(right, self._told))
-
-    def place(self, side: str, number: int) -> str:
-        return str(self._paths[number][SIDES.index(side)])
-
-    def close(self) -> None:
-        pass
-
-
-def numbered_pictures(folder: Path) -> dict[int, Path]:
-    """Pictures of a folder by frame number; raises `CameraError` for names without a number and numbers twice.
-
-    Hidden files, such as the `._000000.png` that a Macintosh leaves beside a picture, are passed over.
-    """
-    shown = (path for path in folder.iterdir() if not path.name.startswith("."))
-    paths = [path for path in shown if path.suffix.lower() in PICTURE_SUFFIXES]
-    numbered: dict[int, Path] = {}
-    for path in sorted(paths):
-        if not path.stem.isdecimal():
-            raise CameraError(f"{path}: the name is not a frame number; name pictures 000000, 000001 and so on")
-        if int(path.stem) in numbered:
-            raise CameraError(f"{path}: a second picture of frame {int(path.stem)}; remove one of them")
-        numbered[int(path.stem)] = path
-    return numbered
-
-
-class _VideoFrames:
-    """Two video files."""
-
-    def __init__(self, left: Path, right: Path) -> None:
-        self._videos = VideoFile(left), VideoFile(right)
-        self.announced, announced_right = (video.announced for video in self._videos)
-        if self.announced != announced_right:
-            raise CameraError(
-                f"{left.parent}: {left.name} has {self.announced} frames and {right.name} {announced_right}; "
-                "cut both to the same frames"
-            )
-
-    def read(self, position: int) -> tuple[int, Pictures] | None:
-        left, right = (video.read(position) for video in self._videos)
-        if left is None and right is None:
-            return None
-        if left is None or right is None:
-            short = self.place("left" if left is None else "right", position)
-            raise CameraError(f"{short}: ends before the other video; cut both to the same frames")
-        return position, (left, right)
-
-    def place(self, side: str, number: int) -> str:
-        return f"{self._videos[SIDES.index(side)].path}, frame {number}"
-
-    def close(self) -> None:
-        for video in self._videos:
-            video.close()

@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from appliance.cameras.pacing import Pacer, utc_ms
-from appliance.cameras.recording.pairs import Laps, numbered_pictures, unchanged_size
-from appliance.cameras.recording.picture_file import read_picture, read_told_coding
-from appliance.cameras.source import CameraError, Frame
+from appliance.cameras.recording.frames import open_single
+from appliance.cameras.recording.names import stretch_starts
+from appliance.cameras.recording.pairs import Laps, unchanged_size
+from appliance.cameras.source import Frame
+from vision.sent_picture import SentPicture
 
 Picture = NDArray[np.uint8]
 
@@ -24,8 +26,13 @@ class PictureRecording:
     Parameters
     ----------
     folder : Path
-        With PNG or JPEG pictures named by their frame number; what they cannot say of their coding stands in
-        `coding.json`.
+        With pictures named by their frame number, or with one video, or a video file; what pictures cannot say of
+        their coding stands in `coding.json`.
+
+    Attributes
+    ----------
+    numbers : sequence of int
+        Frame number of each picture; of a video as its header announces them.
 
     Raises
     ------
@@ -34,32 +41,23 @@ class PictureRecording:
     """
 
     def __init__(self, folder: Path) -> None:
-        try:
-            self._paths = sorted(numbered_pictures(folder).items())
-        except FileNotFoundError as error:
-            raise CameraError(f"{folder}: no such folder; give the folder of a recording") from error
-        except OSError as error:
-            raise CameraError(f"{folder}: cannot be read ({error.strerror}); give a recording's folder") from error
-        if not self._paths:
-            raise CameraError(
-                f"{folder}: holds no PNG or JPEG pictures; give the folder of a recording of one camera, "
-                "with its pictures directly in it"
-            )
-        self._told = read_told_coding(folder)
+        self._frames = open_single(folder)
+        self.numbers = self._frames.numbers
         self._shape: tuple[int, int] | None = None
 
     def __len__(self) -> int:
         """Number of pictures."""
-        return len(self._paths)
+        return len(self.numbers)
 
     def __iter__(self) -> Iterator[tuple[int, Picture]]:
         """Frame number and picture of each frame; raises `CameraError` like `read`."""
         position = 0
         while (frame := self.read(position)) is not None:
-            yield frame
+            number, picture = frame
+            yield number, picture.shown
             position += 1
 
-    def read(self, position: int) -> tuple[int, Picture] | None:
+    def read(self, position: int) -> tuple[int, SentPicture] | None:
         """Frame number and picture at a position from 0; None after the end.
 
         Raises
@@ -67,12 +65,16 @@ class PictureRecording:
         CameraError
             The picture is truncated or unreadable, or of another size than the first.
         """
-        if position >= len(self._paths):
+        frame = self._frames.read(position)
+        if frame is None:
             return None
-        number, path = self._paths[position]
-        picture = read_picture(path, self._told)
-        self._shape = unchanged_size(self._shape, picture, str(path))
-        return number, picture.shown
+        number, (picture,) = frame
+        self._shape = unchanged_size(self._shape, picture, self._frames.place(0, number))
+        return number, picture
+
+    def close(self) -> None:
+        """Let go of the files."""
+        self._frames.close()
 
 
 class PictureRecordingSource:
@@ -97,14 +99,16 @@ class PictureRecordingSource:
 
     def __enter__(self) -> Self:
         """Open the recording; raises `CameraError` like `PictureRecording`."""
-        recording = PictureRecording(self._folder)
-        self._laps = Laps(self._folder, len(recording), recording.read, self._loop)
+        self._recording = PictureRecording(self._folder)
+        numbers = self._recording.numbers
+        self._laps = Laps(self._folder, len(numbers), self._recording.read, self._loop, stretch_starts(numbers))
         self._pacer = Pacer(self._rate_hz)
         self._last: int | None = None
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Nothing is held open."""
+        """Close the files."""
+        self._recording.close()
 
     def next(self, timeout_s: float) -> Frame | None:
         """Newest picture that is due; None when none is due in time.
@@ -123,12 +127,14 @@ class PictureRecordingSource:
         number, picture = self._laps.frame(sequence)
         repeated, self._last = number == self._last, number
         return Frame(
-            picture,
+            picture.shown,
+            sent=picture,
             sequence=sequence,
             exposed_monotonic_s=moment_s,
             exposed_utc_ms=utc_ms(moment_s),
             dropped=self._pacer.dropped,
             repeated=repeated,
+            stretch=self._laps.stretch,
         )
 
 

@@ -23,7 +23,6 @@ QUANTISERS = {"export_side_data": "venc_params"}  # has the decoder say how coar
 H264_PARAMETERS = 1  # AV_VIDEO_ENC_PARAMS_H264
 COARSEST_PERCENT = 97.0  # chosen: a bar's edges or a board's lie in 6 % of a picture's blocks
 BITS_QUANTISER = 6  # by which every bit over 8 raises QP at the same step of light
-RATE_HZ = 25.0  # of a file that does not say its own
 
 
 class VideoFile:
@@ -36,7 +35,7 @@ class VideoFile:
     Attributes
     ----------
     announced : int
-        Number of frames as the header has it, or as its duration and rate give it.
+        Number of frames as the header has it, else of its packets: a recorder that was cut off leaves no length.
 
     Raises
     ------
@@ -47,9 +46,7 @@ class VideoFile:
     def __init__(self, path: Path) -> None:
         self.path = path
         self._open()
-        stream = self._container.streams.video[0]
-        duration_s = float(self._container.duration or 0) / av.time_base
-        self.announced = int(stream.frames or round(duration_s * float(stream.average_rate or RATE_HZ)))
+        self.announced = self._container.streams.video[0].frames or self._count_packets()
 
     def read(self, position: int) -> SentPicture | None:
         """SentPicture at a position from 0; None after the end.
@@ -73,11 +70,18 @@ class VideoFile:
             sentence = f"{self.path}: frame {position} cannot be decoded; copy or record the video again"
             raise CameraError(sentence) from error
         self._position += 1
-        return picture_of_frame(frame, self._quantiser.of(frame))
+        return turned(picture_of_frame(frame, self._quantiser.of(frame)), frame.rotation)
 
     def close(self) -> None:
         """Let go of the file."""
         self._container.close()
+
+    def _count_packets(self) -> int:
+        packets = self._container.demux(self._container.streams.video[0])
+        count = sum(packet.size > 0 for packet in packets)
+        self.close()
+        self._open()
+        return count
 
     def _open(self) -> None:
         try:
@@ -142,6 +146,22 @@ def picture_of_frame(frame: av.VideoFrame, quantiser: float | None = None) -> Se
         quantiser=quantiser,
     )
     return sent_picture(_luma(frame, bits), coding, None if grey else _converted(frame, "bgr24"))
+
+
+def turned(picture: SentPicture, rotation_deg: int) -> SentPicture:
+    """Picture as it is meant to be shown.
+
+    Parameters
+    ----------
+    picture : SentPicture
+    rotation_deg : int
+        Against the clock, as the file's display matrix has it (ISO/IEC 14496-12, 8.3.2).
+    """
+    quarters = round(rotation_deg / 90) % 4
+    if quarters == 0:
+        return picture
+    shown = np.ascontiguousarray(np.rot90(picture.shown, quarters))
+    return SentPicture(shown, np.ascontiguousarray(np.rot90(picture.measured, quarters)), picture.coding)
 
 
 def _quantiser(frame: av.VideoFrame) -> float | None:

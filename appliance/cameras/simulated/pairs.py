@@ -137,6 +137,7 @@ class MillSource:
             exposure_us=EXPOSURE_US,
             dropped=self._dropped,
             repeated=repeated,
+            stamped=True,
             truth=truth,
         )
 

@@ -23,6 +23,10 @@ class MillCamera(PairCamera):
     rate_hz: float = Field(
         default=10.0, gt=0, le=60, description="Image pairs per second", json_schema_extra=unit("1/s")
     )
+    shows: Literal["bars", "boards", "low", "high"] = Field(
+        default="bars",
+        description="Bars that pass, or a checkerboard for `hotgauge capture`: in poses, flat below, flat above",
+    )
     prepared_frames: int = Field(
         default=0,
         ge=0,
@@ -37,8 +41,11 @@ class MillCamera(PairCamera):
 
     def make_source(self, _in_step_us: float, /) -> "PairSource":
         """Drawn image pairs; see `PairCamera.make_source`."""
+        from appliance.cameras.simulated.boards import MillBoardSource
         from appliance.cameras.simulated.pairs import MillSource
 
+        if self.shows != "bars":
+            return MillBoardSource(self.seed, self.rate_hz, self.shows)
         return MillSource(self.seed, self.rate_hz, self.prepared_frames)
 
     def own_rig(self) -> "Callable[[], Rig]":

@@ -7,8 +7,8 @@ import threading
 import time
 from typing import Self
 
-from appliance.cameras.pacing import utc_ms
-from appliance.cameras.pairing import Pairing
+from appliance.cameras.newest_picture import NewestPicture
+from appliance.cameras.pairing import Exposure, Pairing
 from appliance.cameras.source import CameraError, Frame, FramePair
 from appliance.cameras.stream.reader import StreamReader
 from appliance.cameras.stream.settings import StreamCamera, StreamPictures
@@ -80,7 +80,7 @@ class StreamPictureSource:
         self._news = threading.Condition()
         self._stream = StreamReader(self._settings.place(self._settings.address), self._news)
         _wait_for_all([self._stream])
-        self._delivered = 0
+        self._newest = NewestPicture(self._take)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -89,21 +89,15 @@ class StreamPictureSource:
 
     def next(self, timeout_s: float) -> Frame | None:
         """Newest picture; None when none came in time, `CameraError` when the stream has ended."""
+        return self._newest.next(timeout_s)
+
+    def _take(self, wait_s: float) -> Exposure | None:
         with self._news:
-            if (exposure := self._stream.take()) is None:
+            if (exposure := self._stream.take()) is None and wait_s > 0:
                 _check_all([self._stream])
-                self._news.wait(timeout_s)
+                self._news.wait(wait_s)
                 exposure = self._stream.take()
-        if exposure is None:
-            return None
-        self._delivered += 1
-        return Frame(
-            exposure.picture.shown,
-            sequence=exposure.sequence,
-            exposed_monotonic_s=exposure.exposed_monotonic_s,
-            exposed_utc_ms=utc_ms(exposure.exposed_monotonic_s),
-            dropped=exposure.sequence + 1 - self._delivered,
-        )
+        return exposure
 
 
 def _wait_for_all(streams: list[StreamReader]) -> None:

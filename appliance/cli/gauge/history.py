@@ -4,7 +4,7 @@ import argparse
 from datetime import datetime
 from pathlib import Path
 
-from appliance.cli.common import add_config
+from appliance.cli.common import add_config, number_within
 from appliance.command_options import CommandError, one_of
 from appliance.history.export import write_csv, write_parquet
 from appliance.history.read import moment, open_to_read
@@ -66,10 +66,7 @@ def run_report(given: argparse.Namespace) -> None:
 
 
 def _hours(text: str) -> float:
-    hours = float(text)
-    if not 0.1 <= hours <= 24 * 366:
-        raise ValueError
-    return hours
+    return number_within(text, 0.1, 24 * 366, "hours")
 
 
 def period(given: argparse.Namespace) -> tuple[datetime, datetime]:

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, get_args
 
-from appliance.cli.common import whole_number
+from appliance.cli.common import number_within, whole_number
 from appliance.command_options import CommandError
 from appliance.diagnostics.named_bits import named_bits
 from appliance.supervisor.settings import PlcSettings
@@ -77,10 +77,7 @@ def run_poll(given: argparse.Namespace) -> None:
 
 
 def _seconds(text: str) -> float:
-    seconds = float(text)
-    if not 0.01 <= seconds <= 3600:
-        raise ValueError
-    return seconds
+    return number_within(text, 0.01, 3600, "seconds")
 
 
 def _place(text: str, port: int | None) -> tuple[str, int]:

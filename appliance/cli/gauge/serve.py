@@ -9,12 +9,15 @@ from collections.abc import Callable
 from pathlib import Path
 
 from appliance.cli.common import add_config
+from appliance.files.runtime_folder import give_runtime_folder, was_asked_for_reload
 from appliance.service import systemd as service
 from appliance.supervisor import settings as settings_file
 from appliance.supervisor.settings import PlcSettings, Settings, state_folder
 from appliance.supervisor.supervisor import Supervisor
 from plc.registers import REGISTERS
 from plc.security.addresses import EVERY, served_in_words
+
+RELOAD_PERIOD_S = 1.0  # chosen
 
 
 def run_gauge(given: argparse.Namespace) -> None:
@@ -38,6 +41,7 @@ def run_replay(given: argparse.Namespace) -> None:
 
 def _serve(load: Callable[[], Settings]) -> None:
     settings = load()
+    give_runtime_folder(settings.plc.port)
     service.start_log()
     asyncio.run(_supervise(settings, load))
 
@@ -67,8 +71,18 @@ async def _supervise(settings: Settings, load: Callable[[], Settings]) -> None:
     managed = service.is_managed()
     if managed:  # without a service manager SIGHUP means that the terminal was closed
         loop.add_signal_handler(signal.SIGHUP, reload)
+    asked = loop.create_task(_reload_when_asked(reload))
+    reloads.add(asked)
     # a service serves the fault to the PLC instead of refusing to start, since nobody reads its terminal
     await supervisor.run(serving, manager.proof, refuses=not managed)
+
+
+async def _reload_when_asked(reload: Callable[[], None]) -> None:
+    """Reload when the page asks for it; its process has no other way to, and should have none."""
+    while True:
+        await asyncio.sleep(RELOAD_PERIOD_S)
+        if was_asked_for_reload():
+            reload()
 
 
 def welcome(settings: Settings, port: int) -> list[str]:

@@ -1,10 +1,11 @@
 """The command calibrate."""
 
 import argparse
+import math
 from pathlib import Path
 
 from appliance.cli.common import progress
-from appliance.cli.outputs import refuse_lost_input
+from appliance.cli.outputs import refuse_lost_input, refuse_unwritable
 from appliance.command_options import CommandError
 
 _BOARD_NUMBERS = ("square_mm", "square_u_mm", "low_mm", "high_mm", "height_u_mm")
@@ -28,6 +29,10 @@ def run_calibrate(given: argparse.Namespace) -> None:
     from vision.calibration.acceptance import CalibrationError
 
     refuse_lost_input(given.output, (given.folder,))
+    refuse_unwritable(given.output)
+    first_mm, last_mm = given.region
+    if not -math.inf < first_mm < last_mm < math.inf:
+        raise CommandError(f"--region: from {first_mm:g} to {last_mm:g} is no region; give the smaller number first")
     board = {name: getattr(given, name) for name in ("squares", *_BOARD_NUMBERS, "response")}
     overrides = {name: value for name, value in board.items() if value is not None}
     try:

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from appliance.cli.common import whole_number
-from appliance.cli.outputs import refuse_lost_input
+from appliance.cli.outputs import refuse_lost_input, refuse_unwritable
 from appliance.command_options import CommandError, one_of
 
 
@@ -17,6 +17,12 @@ def add_fuse(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--height", type=float, metavar="MM", help="plane of alignment; without: where the bar's outlines agree"
     )
+    command.add_argument(
+        "--as-printed", action="store_true", help="FMI, SCD and ESSIM as eq. 5.6 to 5.9 print them, too"
+    )
+    command.add_argument(
+        "--plot", type=Path, metavar="DIR", help="folder for both aligned views, the pair in two colours, and edges"
+    )
     scales = command.add_argument_group("of wavelets and the pyramid")
     scales.add_argument("--levels", type=whole_number, metavar="N", help="4 unless given")
     scales.add_argument("--rule", choices=("larger", "weighted"), help="of two details; larger unless given")
@@ -24,16 +30,24 @@ def add_fuse(command: argparse.ArgumentParser) -> None:
 
 
 def run_fuse(given: argparse.Namespace) -> None:
-    from appliance.sizing.stereo.fuse_files import checked_scales, fuse_files, metric_lines, write_picture
+    from appliance.sizing.stereo.fuse_files import checked_scales, fuse_files, metric_lines, write_picture, write_plots
     from vision.fusion.methods import METHODS
 
     refuse_lost_input(given.output, (given.left, given.right, given.rig))
+    refuse_unwritable(given.output)
     method = one_of(METHODS, given.method, "--method")
     try:
         scales = checked_scales(method, given.levels, given.rule, given.approximation)
         pair = fuse_files(given.left, given.right, given.rig, method, scales=scales, height_mm=given.height)
         write_picture(given.output, pair.picture)
+        if given.plot is not None:
+            write_plots(given.plot, pair)
     except OSError as error:
         raise CommandError(f"{given.output}: {error.strerror}; give a file in a writable folder") from error
     print(f"{method}, aligned on the plane {pair.height_mm:.2f} mm above the conveyor")
-    print("\n".join([*metric_lines(pair), f"written to {given.output}"]))
+    rows, columns = pair.common
+    print(
+        f"both cameras see {100 * pair.seen_share:.0f} % of the left view; metrics of columns {columns.start} to "
+        f"{columns.stop - 1}, rows {rows.start} to {rows.stop - 1}"
+    )
+    print("\n".join([*metric_lines(pair, as_printed=given.as_printed), f"written to {given.output}"]))

@@ -5,10 +5,12 @@ from pathlib import Path
 from typing import get_args
 
 from appliance.cli.common import add_config
-from appliance.cli.outputs import refuse_lost_input, refuse_other_formats
+from appliance.cli.outputs import refuse_lost_input, refuse_other_formats, refuse_unwritable
 from appliance.command_options import CommandError
 from appliance.supervisor import settings as settings_file
 from vision.ingot.classifiers.names import ClassifierName
+
+CONFIRMATIONS = ("agreement", "top", "bottom")
 
 
 def add_orient(command: argparse.ArgumentParser) -> None:
@@ -17,23 +19,46 @@ def add_orient(command: argparse.ArgumentParser) -> None:
         "--references", type=Path, required=True, metavar="DIR", help="folder with top.png, bottom.png, roi.json"
     )
     command.add_argument(
-        "--output", type=Path, required=True, metavar="FILE", help="frames and ingots; CSV if it ends in .csv"
+        "--output",
+        type=Path,
+        required=True,
+        metavar="FILE",
+        help="frames and ingots as JSON lines; .csv: frames, and beside it NAME-ingots.csv",
     )
     command.add_argument("--classifier", choices=get_args(ClassifierName), help="how one picture is judged")
     command.add_argument("--plot", type=Path, metavar="DIR", help="folder for annotated frames and a strip of the ends")
+    command.add_argument(
+        "--learn",
+        nargs="?",
+        const="agreement",
+        choices=CONFIRMATIONS,
+        help="keep better references in DIR/learned, from ingots whose pictures agree, or which all show that end",
+    )
+    command.add_argument(
+        "--use", type=int, metavar="NUMBER", help="first use that pair of DIR/learned again; 0: top.png and bottom.png"
+    )
     add_config(command)
 
 
 def run_orient(given: argparse.Namespace) -> None:
-    from appliance.ingot.orient_recording import orient_recording
+    from appliance.ingot.learned_references import use
+    from appliance.ingot.orient_recording import ingots_file, orient_recording
 
     refuse_other_formats(given.output)
-    refuse_lost_input(given.output, (given.recording, given.references, given.config))
+    outputs = [given.output, *([ingots_file(given.output)] if given.output.suffix.lower() == ".csv" else [])]
+    for output in outputs:
+        refuse_lost_input(output, (given.recording, given.references, given.config))
+        refuse_unwritable(output)
     settings = settings_file.load(given.config).ingot
     if given.classifier:
         settings = settings.model_copy(update={"classifier": given.classifier})
     try:
-        orient_recording(given.recording, given.references, given.output, settings, given.plot)
+        if given.use is not None:
+            use(given.references, given.use)
+        lines = orient_recording(
+            given.recording, given.references, given.output, settings, plot=given.plot, learn=given.learn
+        )
     except OSError as error:
         place = error.filename or given.output
         raise CommandError(f"{place}: {error.strerror}; give a file in a writable folder") from error
+    print("\n".join([*lines, f"written to {' and '.join(map(str, outputs))}"]))

@@ -82,7 +82,9 @@ def _write_stereo(given: argparse.Namespace, on_progress: Callable[[int, int], N
         known = {
             kind: ", ".join(row.name for row in CONDITIONS if row.kind == kind) for kind in ("condition", "effect")
         }
+        option, colon, reason = str(error).partition(": ")
+        options = {"condition": "--scene", "effects": "--effect"}
         raise CommandError(
-            f"{error}; scenes are line, thermal, ingots and the conditions {known['condition']}; "
-            f"effects are {known['effect']}"
+            f"{options.get(option, option)}{colon}{reason}; scenes are line, thermal, ingots and the conditions "
+            f"{known['condition']}; effects are {known['effect']}"
         ) from error

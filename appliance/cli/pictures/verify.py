@@ -5,7 +5,8 @@ import math
 import sys
 from pathlib import Path
 
-from appliance.cli.common import add_config, progress
+from appliance.cli.common import add_config, number_within, progress
+from appliance.cli.outputs import refuse_lost_input, refuse_unwritable
 from appliance.command_options import CommandError
 from appliance.supervisor import settings as settings_file
 
@@ -30,6 +31,9 @@ def run_verify(given: argparse.Namespace) -> int | None:
 
     if given.output is not None and given.output.suffix.lower() not in {".pdf", ".html"}:
         raise CommandError(f"--output {given.output}: give a name that ends in .pdf or .html")
+    if given.output is not None:
+        refuse_lost_input(given.output, (given.recording, given.rig, given.config))
+        refuse_unwritable(given.output)
     folder = None if given.config is None else settings_file.load(given.config).history.directory
     try:
         with progress("frame") as show:
@@ -50,10 +54,7 @@ def run_verify(given: argparse.Namespace) -> int | None:
 
 
 def _length(text: str) -> float:
-    number = float(text)
-    if not 0 <= number < 10_000:
-        raise ValueError
-    return number
+    return number_within(text, 0, 10_000, "millimetres")
 
 
 def add_gauge_study(command: argparse.ArgumentParser) -> None:

@@ -82,6 +82,8 @@ class Bar:
         Height of the bar above the rollers.
     tail_mm, head_mm : float
         Where the bar begins and ends: distance along the axis from y = 0.
+    travel_mm : float
+        How far the bar has moved along its axis, and its scale with it.
     oxide : Oxide or None
     """
 
@@ -96,6 +98,7 @@ class Bar:
     lift_mm: float = 0.0
     tail_mm: float = -math.inf
     head_mm: float = math.inf
+    travel_mm: float = 0.0
     oxide: Oxide | None = None
 
     @property

@@ -20,6 +20,7 @@ Field = NDArray[np.float64]
 
 GLOW = levels(REFERENCE_C).astype(np.float32)[:, None, None]  # light that a hot bar lends to what is around it
 HAZE_CELL_PX = 150
+MOST_DRIFT_PX = 800
 SHIMMER_CELL_PX = 20
 CUBIC_SPREAD = 0.859  # standard deviation of unit noise after cubic interpolation, over all places
 
@@ -100,6 +101,45 @@ class Haze:
         """Light behind the haze."""
         noise = smooth_field(np.random.default_rng([self.seed, 0x6861]), view.rays.shape[:2], HAZE_CELL_PX)
         density = np.clip(self.density * (1 + 0.3 * noise), 0, 0.95).astype(np.float32)
+        light += density * (np.float32(self.veil) * GLOW - light)
+        return light
+
+
+@dataclass(frozen=True, slots=True)
+class DriftingHaze:
+    """Steam that thickens and drifts from frame to frame, with more structure than `Haze`.
+
+    Attributes
+    ----------
+    side : str
+    seed : int
+    density : float
+        Mean part of the light that is lost in frame 0.
+    growth : float
+        Added to it in each frame.
+    drift_px : float
+        How far the steam moves across the picture in each frame.
+    cell_px : int
+        Size of its structure.
+    veil : float
+        Light of a dense veil over that of the bar.
+    """
+
+    side: Side
+    seed: int
+    density: float
+    growth: float
+    drift_px: float
+    cell_px: int
+    veil: float = 0.25
+
+    def changed(self, light: Light, view: View, frame: int) -> Light:
+        """Light behind the haze."""
+        rows, columns = view.rays.shape[:2]
+        moved = round(abs(self.drift_px) * frame)
+        noise = smooth_field(np.random.default_rng([self.seed, 0x6468]), (rows, columns + MOST_DRIFT_PX), self.cell_px)
+        noise = np.roll(noise, moved if self.drift_px > 0 else -moved, axis=1)[:, MOST_DRIFT_PX // 2 :][:, :columns]
+        density = np.clip((self.density + self.growth * frame) * (1 + 0.3 * noise), 0, 0.9).astype(np.float32)
         light += density * (np.float32(self.veil) * GLOW - light)
         return light
 

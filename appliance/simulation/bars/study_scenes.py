@@ -173,9 +173,10 @@ def set_up(condition: str, seed: int, image_size: ImageSize = (800, 600), effect
     """
     changes = {row.name: row for row in CONDITIONS}
     for argument, kind, names in (("condition", "condition", (condition,)), ("effects", "effect", effects)):
+        article = "an" if kind == "effect" else "a"
         for name in names:
             if name not in changes or changes[name].kind != kind:
-                raise ValueError(f"{argument}: {name!r} is not a {kind} of the simulated mill")
+                raise ValueError(f"{argument}: {name!r} is not {article} {kind} of the simulated mill")
     setup = _usual(seed, image_size)
     for name in (condition, *effects):
         setup = changes[name].change(setup, np.random.default_rng([seed, zlib.crc32(name.encode())]))

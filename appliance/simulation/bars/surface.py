@@ -166,7 +166,7 @@ def _brightness(found: Hits, bar: Bar) -> Values:
     """Light of each hit over that of the bar's middle, blue, green, red, shape (..., 3)."""
     cooler = np.zeros(found.place.shape)
     if bar.oxide is not None:
-        cooler = cooler_c(bar.oxide, np.pi * bar.diameter_mm, found.place, found.station_mm)
+        cooler = cooler_c(bar.oxide, np.pi * bar.diameter_mm, found.place, found.station_mm - bar.travel_mm)
     cooler[found.face] = FACE_COOLER_C
     return levels(bar.temperature_c - cooler) / bar.levels
 

@@ -79,7 +79,8 @@ class IngotCondition(NamedTuple):
 
 INGOT_CONDITIONS: tuple[IngotCondition, ...] = (
     IngotCondition("mixed", "ingots one after the other; some with glare, drift or overexposure", Habits()),
-    IngotCondition("foreign", "as mixed, but ends look like another mill's", Habits(foreign=True)),
+    IngotCondition("foreign", "as mixed, but ends look like another mill's", Habits(faces="foreign")),
+    IngotCondition("cast", "as mixed, but ends are shaded as their geometry is", Habits(faces="cast")),
     IngotCondition("clean", "steady light, no glare", QUIET),
     IngotCondition(
         "glare",

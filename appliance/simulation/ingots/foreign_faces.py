@@ -15,6 +15,7 @@ from appliance.simulation.ingots.faces import FACE_CELLS, Label, Rng, flanks, no
 from appliance.simulation.sensor import Light
 
 SHARE_OF_FAINT_TOPS = 0.25
+LEAST_RELIEF = np.float32(1e-3)
 SHAPE = FACE_CELLS, FACE_CELLS
 _across = np.linspace(-1, 1, FACE_CELLS, dtype=np.float32)
 _x, _y = np.meshgrid(_across, _across)
@@ -38,8 +39,31 @@ def foreign_face(label: Label, rng: Rng) -> Light:
         if rng.random() < share:
             light *= blemish(rng)
     if label == "top":
-        light *= _skin(rng)
+        light = no_stronger(_skin(rng), light)
     return np.maximum(light, np.float32(0.05))
+
+
+def no_stronger(skin: Light, blemishes: Light) -> Light:
+    """Skin under blemishes whose relief is at most as strong as its own, else nobody could say that it is a top.
+
+    Parameters
+    ----------
+    skin, blemishes : ndarray of float32, shape (FACE_CELLS, FACE_CELLS)
+        Factors of light.
+
+    Returns
+    -------
+    ndarray of float32, shape (FACE_CELLS, FACE_CELLS)
+    """
+    weaker = min(1.0, _relief(skin) / max(_relief(blemishes), LEAST_RELIEF))
+    return (skin * np.maximum(blemishes, LEAST_RELIEF) ** np.float32(weaker)).astype(np.float32)
+
+
+def _relief(light: Light) -> float:
+    """Standard deviation of what changes over less than a tenth of the face, in natural logarithms of light."""
+    codes = np.log(np.maximum(light, LEAST_RELIEF))
+    fine = codes - np.asarray(cv2.GaussianBlur(codes, (0, 0), FACE_CELLS / 10), np.float32)
+    return float(fine[np.hypot(_x, _y) < 0.8].std())
 
 
 def _skin(rng: Rng) -> Light:

@@ -2,11 +2,13 @@
 
 import math
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from appliance.simulation.bars.bars import levels
+from appliance.simulation.ingots.cast_faces import cast_face
 from appliance.simulation.ingots.faces import TYPICAL, Label, Looks, Rng, face, random_looks, side
 from appliance.simulation.ingots.foreign_faces import foreign_face
 from appliance.simulation.ingots.solid import Ingot, Pose, end_circle_px, outline_px
@@ -16,6 +18,7 @@ from appliance.simulation.true_rig import TrueCamera, look_at
 
 Box = tuple[int, int, int, int]  # x, y, width, height, pixels
 Range = tuple[float, float]
+FaceKind = Literal["own", "foreign", "cast"]
 
 IMAGE_SIZE = (960, 540)
 RADIUS_PX: Range = (35.0, 62.0)  # of an end that has just been set down, in a picture 960 pixels wide
@@ -40,8 +43,9 @@ class Habits:
         Range of how many times brighter an ingot is when it reaches the rolls.
     in_view : int
         Ingots on the line at the same time.
-    foreign : bool
-        Whether ends look like another mill's (`foreign_faces.py`), those of the references too.
+    faces : {"own", "foreign", "cast"}
+        Whose ends they are, those of the references too: our mill's (`faces.py`), others' (`foreign_faces.py`), or
+        drawn as their geometry shows them (`cast_faces.py`).
     """
 
     ingots: bool = True
@@ -51,7 +55,7 @@ class Habits:
     overexposed_share: float = 0.2
     drift: Range = (1.0, 1.35)
     in_view: int = 1
-    foreign: bool = False
+    faces: FaceKind = "own"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,9 +122,13 @@ class IngotLine:
         )
 
     def _face(self, label: Label, rng: Rng, looks: Looks | None) -> Light:
-        if self.habits.foreign:
-            return foreign_face(label, rng)
-        return face(looks or random_looks(label, rng), rng)
+        match self.habits.faces:
+            case "own":
+                return face(looks or random_looks(label, rng), rng)
+            case "foreign":
+                return foreign_face(label, rng)
+            case "cast":
+                return cast_face(label, rng)
 
     def typical_ingot(self, label: Label, rng: Rng) -> Ingot:
         """An ingot whose face shows its kind as most do."""

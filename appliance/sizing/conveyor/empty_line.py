@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from appliance.cameras.recording.picture_file import read_picture
-from appliance.cameras.source import CameraError
+from appliance.cameras.source import CameraError, Frame
+from appliance.processes.preview import Line, Lines
 from appliance.sizing.method import ScaleError
 from vision.pictures import is_false_colour
 from vision.readings import SizeReading
@@ -121,6 +122,19 @@ class TimedConveyorGauge:
         started_s = time.perf_counter()
         reading = self._gauge.measure(picture)
         return reading, 1000 * (time.perf_counter() - started_s)
+
+    def measure_exposed(self, exposed: Frame) -> tuple[tuple[SizeReading, ...], float]:
+        """Measure the one bar of an exposure: its reading alone, and computing time, ms; raises as `measure`."""
+        reading, elapsed_ms = self.measure(exposed.picture)
+        return (reading,), elapsed_ms
+
+    def lines(self, _: SizeReading) -> Lines:
+        """Both barriers of the empty line."""
+        barriers = self.barriers
+        if not isinstance(barriers, Barriers):
+            return [[]]
+        row = np.arange(0.0, len(self._empty), 8.0)
+        return [[Line("region", np.column_stack([side, row])) for side in barriers.columns(row).T]]
 
 
 def _check_size(picture: Picture, name: str) -> None:

@@ -25,7 +25,7 @@ def conveyor_gauge(settings: ConveyorSettings) -> TimedConveyorGauge:
         ConveyorGauge,
         reference=_reference(settings.conveyor),
         compensation_mm=settings.conveyor.compensation_mm,
-        ovality_mm=settings.ovality_mm,
+        ovality_mm=settings.ovality_mm or 0.0,
         near_columns=(columns[0], columns[1]) if (columns := settings.conveyor.near_columns) else None,
         response_exponent=settings.conveyor.response_exponent,
     )

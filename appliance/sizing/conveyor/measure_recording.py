@@ -10,9 +10,13 @@ from appliance.files.atomic_file import whole_file
 from appliance.files.row_writer import row_writer
 from appliance.sizing.conveyor.empty_line import TimedConveyorGauge, read_background
 from appliance.sizing.conveyor.plots import ConveyorPlots
-from appliance.sizing.reading_rows import COLUMNS, row
+from appliance.sizing.figures import figure_class
+from appliance.sizing.reading_rows import COLUMNS, Judge, ReadingRows, unjudged
+from appliance.sizing.summary import Summary
 from vision.sizing.conveyor.camera_view import ConveyorReference
 from vision.sizing.conveyor.gauge import ConveyorGauge
+
+EMPTY_LINE_CAUSE = "does no frame show the line empty? give a picture of it with --background; are the barriers seen?"
 
 
 def measure_conveyor(
@@ -20,13 +24,14 @@ def measure_conveyor(
     output: Path,
     reference: ConveyorReference,
     *,
+    judge: Judge = unjudged,
     background: Path | None = None,
     compensation_mm: float = 0.0,
     near_columns: tuple[float, float] | None = None,
     response_exponent: float = 1.0,
     plots: Path | None = None,
-) -> None:
-    """Measure every frame; the output appears whole or not at all.
+) -> list[str]:
+    """Measure every frame; the output appears whole or not at all. Lines of a summary.
 
     Parameters
     ----------
@@ -35,6 +40,8 @@ def measure_conveyor(
     output : Path
         File to write: CSV if its suffix is `.csv`, else JSON lines.
     reference : ConveyorReference
+    judge : callable
+        Compares each reading with what is wanted.
     background : Path, optional
         Picture of the empty line; None uses the recording's darkest frames.
     compensation_mm : float
@@ -59,6 +66,8 @@ def measure_conveyor(
     OSError
         `output` cannot be written, or the folder of plots not made.
     """
+    if plots is not None:
+        figure_class()  # a library that is missing is named before the recording is measured
     frames = PictureRecording(recording)
     empty = darkest(frames) if background is None else read_background(background)
     make = partial(
@@ -70,12 +79,16 @@ def measure_conveyor(
     )
     gauge = TimedConveyorGauge(empty, str(background or recording), make)
     drawing = ConveyorPlots(plots, gauge.barriers, reference.spacing_mm) if plots is not None else None
+    rows, summary = ReadingRows(judge), Summary()
     with whole_file(output) as file:
         write = row_writer(output, file, COLUMNS)
         for frame, picture in tqdm(frames, unit="frame", total=len(frames), disable=None):
             reading, elapsed_ms = gauge.measure(picture)
-            write(row(frame, reading, elapsed_ms))
+            values = rows.row(frame, reading, elapsed_ms)
+            summary.add(reading, values["decision"])
+            write(values)
             if drawing is not None:
                 drawing.add(frame, picture, reading)
     if drawing is not None:
         drawing.write()
+    return summary.lines(EMPTY_LINE_CAUSE if summary.says_nothing and background is None else "")

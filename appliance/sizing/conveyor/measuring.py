@@ -7,6 +7,7 @@ from typing import ClassVar
 
 from appliance.command_options import CommandError
 from appliance.sizing.measuring import Measuring
+from appliance.sizing.reading_rows import Judge
 
 
 class ConveyorMeasuring(Measuring):
@@ -47,7 +48,7 @@ class ConveyorMeasuring(Measuring):
             "--compensation-mm", type=float, metavar="MM", help="added to every diameter; 0 unless given"
         )
 
-    def run(self, given: argparse.Namespace) -> None:
+    def run(self, given: argparse.Namespace, judge: Judge) -> list[str]:
         """Measure with the barriers' distance as scale; see `Measuring.run`."""
         from appliance.sizing.conveyor.measure_recording import measure_conveyor
         from vision.sizing.conveyor.camera_view import ConveyorReference
@@ -67,10 +68,11 @@ class ConveyorMeasuring(Measuring):
         exponent = 1.0 if given.response_exponent is None else given.response_exponent
         if not 0 < exponent < math.inf:
             raise CommandError(f"--response-exponent: {exponent} is no number above 0")
-        measure_conveyor(
+        return measure_conveyor(
             given.recording,
             given.output,
             reference,
+            judge=judge,
             background=given.background,
             compensation_mm=given.compensation_mm or 0.0,
             near_columns=_near_columns(given.barriers),

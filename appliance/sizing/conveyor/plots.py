@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from appliance.sizing.figures import DOTS_PER_INCH, figure_class, mark_frames
+from appliance.sizing.figures import figure_class, mark_frames, save_figure
 from vision.readings import SizeReading
 from vision.reasons import Reason
 from vision.sizing.conveyor.barriers import Barriers
@@ -79,7 +79,7 @@ class ConveyorPlots:
             axes.set(xlabel="frame", ylabel="diameter, mm", title=f"{panel} Experiment {numbers[0]}-{numbers[1]}")
             axes.grid(alpha=0.3)
             axes.legend(fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.13))  # clear of the frames
-        figure.savefig(self._folder / "experiments.png", dpi=DOTS_PER_INCH)
+        save_figure(figure, self._folder / "experiments.png")
 
     def _experiment(self, axes: Any, number: int, aside: float, colour: str) -> None:
         if not self._counted[number]:
@@ -101,7 +101,7 @@ class ConveyorPlots:
         axes.set(xlabel="frame", ylabel="diameter, mm", title="Between barriers, frame by frame; red: no value")
         axes.grid(alpha=0.3)
         axes.legend(fontsize="small")
-        figure.savefig(self._folder / "frames.png", dpi=DOTS_PER_INCH)
+        save_figure(figure, self._folder / "frames.png")
 
     def _served(self, axes: Any) -> None:
         valid = [(frame, one) for frame, one in self._readings if one.valid]

@@ -49,7 +49,7 @@ class ConveyorLine(Section):
     )
     near_columns: list[float] = Field(
         default=[],
-        description="Columns of the barriers' inner edges in the middle row; []: found without, unless others show",
+        description="Columns of the barriers' inner edges in the middle row; []: found in the picture",
     )
     response_exponent: float = Field(
         default=1.0, ge=0.3, le=3, description="Code values follow light to this power; 1: a linear camera"
@@ -59,7 +59,7 @@ class ConveyorLine(Section):
     )
     background: FilePath | None = Field(
         default=None,
-        description="Picture of the line without a bar, by this camera; recordings and the mill can do without",
+        description="Picture of the empty line by this camera; not needed for recordings and the mill",
     )
 
     @field_validator("near_columns")

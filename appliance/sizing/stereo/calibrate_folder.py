@@ -1,16 +1,14 @@
 """`hotgauge calibrate`: makes a rig file and a report from a folder of board pictures."""
 
-import json
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from appliance.cameras.recording.pairs import PICTURE_SUFFIXES
 from appliance.cameras.recording.picture_file import ToldCoding, read_picture, read_told_coding
 from appliance.cameras.source import CameraError
+from appliance.sizing.stereo.rig_folder import REGISTRATION_POSES, find_pictures, read_board
 from vision.calibration.acceptance import CalibrationError, Dropped
 from vision.calibration.board_edges import board_edges
 from vision.calibration.checkerboard import Board
@@ -22,7 +20,7 @@ from vision.calibration.still_marks import NO_MARKS, Marks, find_marks
 from vision.geometry.camera import CAMERA_PARAMETERS
 from vision.light import ResponseCurve
 
-REGISTRATION_POSES = ("low", "high")
+FRUITLESS = 3  # pictures without the board, after which another board is looked for
 
 
 def calibrate_folder(
@@ -36,12 +34,12 @@ def calibrate_folder(
     Parameters
     ----------
     folder : Path
-        With `calibration/left_00.png`, `right_00.png`, ... (any numbers, PNG or JPEG),
+        With `calibration/left_00.png`, `right_00.png`, ... (any numbers; in the folder itself, too),
         `registration/left_low.png`, `right_low.png`, `left_high.png`, `right_high.png` and `board.json`; what
         pictures cannot say of their coding stands in `coding.json`.
         Without registration pictures the cameras are calibrated and the world frame is missing.
     board_overrides : mapping of str to object, optional
-        Values that replace those in `board.json`, by key.
+        Values that replace those in `board.json`, by key; with `squares` and `square_mm` it needs no file.
     region_y_mm : tuple of float
         Measuring region along the rolling direction, from and to.
     progress : callable, optional
@@ -57,31 +55,36 @@ def calibrate_folder(
         A folder or `board.json` is missing or wrong, or a picture is unreadable or of another size (the message names
         it); or the pictures give no good calibration (the message gives all reasons).
     """
-    board = _read_board(folder / "board.json", board_overrides or {})
-    paths = _pictures(folder)
+    board = read_board(folder / "board.json", board_overrides or {})
+    pictures = find_pictures(folder)
     told = _told_coding(folder)
     finder = _Finder(board, told)
     pairs: dict[str, Pair] = {}
-    for done, (name, sides) in enumerate(paths.items(), 1):
+    for done, (name, sides) in enumerate(pictures.poses.items(), 1):
         left, right = (finder.corners(sides.get(side)) for side in SIDES)
         pairs[name] = left, right
         if progress is not None:
-            progress(done, len(paths))
+            progress(done, len(pictures.poses))
     missing: Pair = (None, None)
-    numbers = [int(name) for name in pairs if name not in REGISTRATION_POSES]
-    calibration = calibrate(
-        [pairs.get(f"{number:02d}", missing) for number in range(max(numbers, default=-1) + 1)],
-        pairs.get("low", missing),
-        pairs.get("high", missing),
-        board,
-        finder.image_size,
-        region_y_mm=region_y_mm,
-        dropped=finder.dropped,
-    )
+    names = [name for name in pairs if name not in REGISTRATION_POSES]
+    try:
+        calibration = calibrate(
+            [pairs[name] for name in names],
+            pairs.get("low", missing),
+            pairs.get("high", missing),
+            board,
+            finder.image_size,
+            names=names,
+            region_y_mm=region_y_mm,
+            dropped=finder.dropped,
+        )
+    except CalibrationError as error:
+        raise CalibrationError([*finder.other_board(), *error.reasons, *pictures.notes], error.dropped) from error
+    paths = pictures.poses
     left, right = (_marks(paths, pairs, side, told) for side in range(len(SIDES)))
     chosen = _response(calibration.rig, board, finder.found, told)
     rig = replace(calibration.rig, marks=(left, right), response=chosen.response)
-    warnings = (*calibration.warnings, *filter(None, [chosen.warning]))
+    warnings = (*calibration.warnings, *pictures.notes, *filter(None, [chosen.warning]))
     return replace(calibration, rig=rig, warnings=warnings, notes=tuple(filter(None, [chosen.filter])))
 
 
@@ -134,9 +137,24 @@ class _Finder:
         found = find_corners(picture, self._board)
         if found.corners_px is None:
             self.dropped.append(Dropped(path.stem, found.reason))
+            if len(self.dropped) == FRUITLESS and not self.found and (other := self.other_board()):
+                raise CalibrationError(other)  # looking for what is not there takes seconds a picture
         else:
             self.found[path] = found.corners_px
         return found.corners_px
+
+    def other_board(self) -> list[str]:
+        """A sentence when the board was found in few pictures and they show another one; else nothing."""
+        if self._first is None or len(self.found) > len(self.dropped):
+            return []
+        picture = read_picture(self._first, self._told)
+        long, short = self._board.squares
+        for squares in ((long + 1, short + 1), (long - 1, short - 1)):
+            other = replace(self._board, squares=squares) if squares[0] > 4 and squares[1] > 3 else self._board
+            if other is not self._board and find_corners(picture, other).corners_px is not None:
+                shown = f"squares is {long} x {short}, but {self._first} shows {squares[0]} x {squares[1]} squares"
+                return [f"{shown}: count squares and not inner corners"]
+        return []
 
     def _check_size(self, path: Path, size: tuple[int, int]) -> None:
         if self._first is None:
@@ -145,39 +163,6 @@ class _Finder:
             was, now = (f"{columns} x {rows}" for columns, rows in (self.image_size, size))
             sentence = f"{path}: {now} pixels where {self._first} has {was}; take all pictures with one size"
             raise CalibrationError([sentence])
-
-
-def _read_board(path: Path, overrides: Mapping[str, object]) -> Board:
-    try:
-        values = json.loads(path.read_text(encoding="utf-8"))
-        return Board.from_json(json.dumps({**values, **overrides}))
-    except OSError as error:
-        raise CalibrationError([f"{path}: cannot be read ({error.strerror}); describe the board in it"]) from error
-    except (ValueError, TypeError) as error:
-        raise CalibrationError([f"{path}: {error}"]) from error
-
-
-def _pictures(folder: Path) -> dict[str, dict[str, Path]]:
-    """Picture files by pose ("00", "01", ..., "low", "high") and side."""
-    poses = _named(folder / "calibration", r"\d+")
-    if not poses:
-        sentence = f"{folder / 'calibration'}: no pictures left_00.png, right_00.png, ...; give the folder above it"
-        raise CalibrationError([sentence])
-    numbered = {f"{int(name):02d}": sides for name, sides in poses.items()}
-    return numbered | _named(folder / "registration", "|".join(REGISTRATION_POSES))
-
-
-def _named(folder: Path, names: str) -> dict[str, dict[str, Path]]:
-    found: dict[str, dict[str, Path]] = {}
-    for path in sorted(folder.iterdir()) if folder.is_dir() else ():
-        match = re.fullmatch(rf"(left|right)_({names})", path.stem)
-        if match is None or path.suffix.lower() not in PICTURE_SUFFIXES:
-            continue
-        sides = found.setdefault(match[2], {})
-        if match[1] in sides:
-            raise CalibrationError([f"{path}: a second picture {path.stem}; remove one of them"])
-        sides[match[1]] = path
-    return found
 
 
 def report_lines(calibration: Calibration) -> list[str]:
@@ -205,9 +190,15 @@ def report_lines(calibration: Calibration) -> list[str]:
         f"still marks   {' and '.join(str(len(marks.patch)) for marks in rig.marks)}, to notice a camera that moves",
         *(f"note          {note}" for note in calibration.notes),
         *(f"warning       {warning}" for warning in calibration.warnings),
-        f"verdict       {'good' if not calibration.warnings else 'usable, see the warnings'}",
+        f"verdict       {_verdict(calibration)}",
     ]
     return lines
+
+
+def _verdict(calibration: Calibration) -> str:
+    if not calibration.rig.has_world:
+        return "cameras calibrated; nothing can be measured before registration pictures of the low board are added"
+    return "usable, see the warnings" if calibration.warnings else "good"
 
 
 def _camera_lines(rig: Rig, side: int, name: str) -> list[str]:

@@ -10,12 +10,15 @@ from numpy.typing import NDArray
 
 from appliance.cameras.recording.picture_file import read_picture
 from appliance.errors import HotgaugeError
+from appliance.files.atomic_file import whole_place
+from appliance.sizing.stereo.overlays import edges_of_views
 from appliance.sizing.stereo.rig_file import RigError, load_rig
 from vision.alignment.view_alignment import Alignment
 from vision.alignment.virtual_boards import VirtualBoards
 from vision.calibration.rig import Rig
+from vision.fusion.common_view import common_rectangle
 from vision.fusion.methods import MULTISCALE, Method, fuse
-from vision.fusion.metrics import METRICS
+from vision.fusion.metrics import METRICS, PRINTED_METRICS
 from vision.fusion.multiscale import DEFAULT_SCALES, Approximation, Scales
 from vision.fusion.rules import Rule
 from vision.geometry.turned_region import whole_picture
@@ -39,7 +42,12 @@ class FusedPair:
     ----------
     picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
     left, right : ndarray of uint8, same shape
-        The views on the left camera's pixel grid, without lens distortion.
+        The views on the left camera's pixel grid, without lens distortion; what the right camera does not see is filled
+        with the left view.
+    common : tuple of two slice
+        Rows and columns of the largest rectangle that both cameras see.
+    seen_share : float
+        Share of the left view's pixels that both cameras see.
     height_mm : float
         Height over the conveyor of the plane on which they are aligned.
     """
@@ -47,6 +55,8 @@ class FusedPair:
     picture: Picture
     left: Picture
     right: Picture
+    common: tuple[slice, slice]
+    seen_share: float
     height_mm: float
 
 
@@ -130,8 +140,12 @@ def _fused(
         height_mm = _height_of_bar(pictures, rig)
     left, right = map(whole_picture, (rig.left, rig.right), pictures)
     alignment = Alignment(rig, VirtualBoards.of_rig(rig), left, right, projective=True)
-    aligned = alignment.right_on_left(height_mm)
-    return FusedPair(fuse(left.picture, aligned, method, scales=scales), left.picture, aligned, height_mm)
+    aligned, seen = alignment.right_on_left(height_mm), alignment.seen_by_both(height_mm)
+    common = common_rectangle(seen)
+    if not seen[common].size:
+        raise FusionError(f"--height: on the plane at {height_mm:g} mm the views share nothing; give another height")
+    fused = fuse(left.picture, aligned, method, scales=scales)
+    return FusedPair(fused, left.picture, aligned, common, float(seen.mean()), height_mm)
 
 
 def _height_of_bar(pictures: tuple[SentPicture, SentPicture], rig: Rig) -> float:
@@ -143,11 +157,18 @@ def _height_of_bar(pictures: tuple[SentPicture, SentPicture], rig: Rig) -> float
     return reading.plane_height_mm
 
 
-def metric_lines(pair: FusedPair) -> list[str]:
-    """Table of the metrics of the fused picture and of both views, all in grey."""
-    fused, left, right = map(_grey, (pair.picture, pair.left, pair.right))
+def metric_lines(pair: FusedPair, *, as_printed: bool = False) -> list[str]:
+    """Table of the metrics of the fused picture and of both views, in grey, where both cameras see the scene.
+
+    Parameters
+    ----------
+    pair : FusedPair
+    as_printed : bool
+        Add the three that are defined otherwise than the dissertation prints them, as it prints them.
+    """
+    fused, left, right = (_grey(picture)[pair.common] for picture in (pair.picture, pair.left, pair.right))
     lines = [f"{'':8}{'left':>10}{'right':>10}{'fused':>10}  better"]
-    for row in METRICS:
+    for row in (*METRICS, *(PRINTED_METRICS if as_printed else ())):
         views = [f"{row.of_one(view):10.4f}" if row.of_one else f"{'-':>10}" for view in (left, right)]
         better = "larger" if row.larger_is_better else "smaller"
         lines.append(f"{row.symbol:8}{''.join(views)}{row.measure(fused, left, right):10.4f}  {better:8} {row.text}")
@@ -173,7 +194,29 @@ def write_picture(path: Path, picture: Picture) -> None:
     if path.suffix.lower() not in SUFFIXES:
         raise FusionError(f"{path}: is neither PNG nor JPEG; let its name end in {', '.join(SUFFIXES)}")
     _, data = cv2.imencode(path.suffix.lower(), picture)
-    path.write_bytes(data.tobytes())
+    with whole_place(path) as place:
+        place.write_bytes(data.tobytes())
+
+
+def write_plots(folder: Path, pair: FusedPair) -> None:
+    """Write `left.png`, `right_aligned.png`, `pair.png` (left red, right cyan) and `edges.png`; raises `OSError`.
+
+    Parameters
+    ----------
+    folder : Path
+        Made if it is missing.
+    pair : FusedPair
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    left, right = _grey(pair.left), _grey(pair.right)
+    pictures = {
+        "left": pair.left,
+        "right_aligned": pair.right,
+        "pair": np.dstack([right, right, left]),
+        "edges": edges_of_views(pair.left, pair.picture),
+    }
+    for name, picture in pictures.items():
+        write_picture(folder / f"{name}.png", picture)
 
 
 def _grey(picture: Picture) -> Picture:

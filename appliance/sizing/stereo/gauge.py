@@ -4,14 +4,20 @@ import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from appliance.cameras.source import FramePair
+from appliance.processes.preview import Line, Lines
+from appliance.sizing.stereo.edge_model import load_edge_model
 from appliance.sizing.stereo.rig_file import RigError, load_rig
 from vision.calibration.rig import Rig
+from vision.edges.names import EdgeMethod
+from vision.edges.operators import EdgeOptions
+from vision.fusion.names import Fusion
 from vision.geometry.camera import Camera
 from vision.geometry.measuring_plane import PLANE_HEIGHT_MM
 from vision.readings import SizeReading
@@ -19,10 +25,14 @@ from vision.sent_picture import Codes, SentPicture
 from vision.sizing.gauge import Gauge
 from vision.sizing.limits import LIMB_SIDES
 from vision.sizing.tangent.tangent_planes import TangentPlane
+from vision.sizing.virtual_board.aligned_pair import AlignedPair
 
 Picture = NDArray[np.uint8]
 Reading_co = TypeVar("Reading_co", covariant=True)
 
+EDGE_DRAWN_MM = 60.0  # chosen; see `TimedGauge.lines`
+REGION_DRAWN_MM = 400.0  # chosen: either way across the line
+BOARD_DRAWN_MM = 100.0  # chosen: half of the side of the square that stands for the virtual board
 DRAWN_DIAMETER_MM = 150.0  # chosen: bar that `warm_up` draws
 
 
@@ -76,12 +86,55 @@ class TimedGauge(Generic[Reading_co]):
         RigError
             The pictures do not have the size that the rig was calibrated with.
         """
+        readings, elapsed_ms = self._timed(lambda *pictures: (self._gauge.measure(*pictures),), left, right)
+        return readings[0], elapsed_ms
+
+    def measure_bars(
+        self, left: SentPicture | Codes, right: SentPicture | Codes, *, synchronous: bool = False
+    ) -> tuple[tuple[Reading_co, ...], float]:
+        """Measure one pair: a reading for each bar side by side, from smaller x, and computing time, ms.
+
+        Parameters
+        ----------
+        left, right : SentPicture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
+        synchronous : bool
+            Whether time stamps prove that both cameras exposed together.
+
+        Raises
+        ------
+        RigError
+            As in `measure`.
+        """
+        of_bars = getattr(self._gauge, "measure_bars", None)  # a gauge of one bar has none
+        if of_bars is None:
+            return self._timed(lambda *pictures: (self._gauge.measure(*pictures),), left, right)
+        return self._timed(partial(of_bars, synchronous=synchronous), left, right)
+
+    def measure_exposed(self, exposed: FramePair) -> tuple[tuple[Reading_co, ...], float]:
+        """Measure an exposure with what its time stamps tell; see `measure_bars`."""
+        return self.measure_bars(*exposed.pictures, synchronous=exposed.synchronous)
+
+    def _timed(
+        self, measure: Callable[..., tuple[Reading_co, ...]], left: SentPicture | Codes, right: SentPicture | Codes
+    ) -> tuple[tuple[Reading_co, ...], float]:
         pictures = SentPicture.of(left), SentPicture.of(right)
         self._check_size("left", self._rig.left.image_size, pictures[0].size)
         self._check_size("right", self._rig.right.image_size, pictures[1].size)
         started_s = time.perf_counter()
-        reading = self._gauge.measure(*pictures)
-        return reading, 1000 * (time.perf_counter() - started_s)
+        readings = measure(*pictures)
+        return readings, 1000 * (time.perf_counter() - started_s)
+
+    @property
+    def aligned_pair(self) -> AlignedPair | None:
+        """Views, edges and board of the last pair, for plots; None of a gauge that aligns none, or of no bar."""
+        return getattr(self._gauge, "last_pair", None)
+
+    def lines(self, reading: SizeReading) -> Lines:
+        """Measuring region, virtual board and the cylinder's edges, as each camera sees them.
+
+        The edges are drawn for 60 mm either way of y = 0 only: that is where offset and height are of.
+        """
+        return [_lines(camera, self._rig.region_y_mm, reading) for camera in (self._rig.left, self._rig.right)]
 
     def _check_size(self, side: str, calibrated: tuple[int, int], size: tuple[int, int]) -> None:
         if size != calibrated:
@@ -91,41 +144,94 @@ class TimedGauge(Generic[Reading_co]):
             )
 
 
-def rig_file_gauge(path: Path, ovality_mm: float) -> TimedGauge[SizeReading]:
+class RouteV(NamedTuple):
+    """How route V finds edges and fuses the views.
+
+    Attributes
+    ----------
+    edges : {"forest", "sobel", "prewitt", "roberts", "canny"}
+    edge_model : Path or None
+        Forest of `hotgauge train-edges`; None: the shipped one.
+    fusion : str
+        See `vision.sizing.virtual_board.gauge.VirtualBoardGauge`.
+    """
+
+    edges: EdgeMethod = "forest"
+    edge_model: Path | None = None
+    fusion: Fusion = "none"
+
+
+USUAL_ROUTE_V = RouteV()
+
+
+def rig_file_gauge(path: Path, ovality_mm: float | None, route_v: RouteV = USUAL_ROUTE_V) -> TimedGauge[SizeReading]:
     """Make the gauge of a rig file; raises `RigError` as `load_rig` and `TimedGauge` do.
 
     Parameters
     ----------
     path : Path
-    ovality_mm : float
-        Largest ovality of the product: greatest minus least width of a cross section.
+    ovality_mm : float or None
+        Largest ovality of the product: greatest minus least width of a cross section; None: what is usual.
+    route_v : RouteV
     """
-    return pair_gauge(load_rig(path), str(path), ovality_mm)
+    return pair_gauge(load_rig(path), str(path), ovality_mm, route_v)
 
 
-def pair_gauge(rig: Rig, name: str, ovality_mm: float) -> TimedGauge[SizeReading]:
-    """Make the gauge of a rig, by both routes; raises `RigError` as `TimedGauge` does.
+def pair_gauge(
+    rig: Rig, name: str, ovality_mm: float | None, route_v: RouteV = USUAL_ROUTE_V
+) -> TimedGauge[SizeReading]:
+    """Make the gauge of a rig, by both routes; raises `RigError` as `TimedGauge` does, and `EdgeModelError`.
 
     Parameters
     ----------
     rig : Rig
     name : str
         File or camera of the rig, for error sentences.
-    ovality_mm : float
-        Largest ovality of the product: greatest minus least width of a cross section.
+    ovality_mm : float or None
+        Largest ovality of the product: greatest minus least width of a cross section; None: what is usual.
+    route_v : RouteV
     """
-    return TimedGauge[SizeReading](rig, name, partial(Gauge, ovality_mm=ovality_mm))
+    forest = None if route_v.edge_model is None else load_edge_model(route_v.edge_model)
+    edges = EdgeOptions(method=route_v.edges, forest=forest)
+    make = partial(Gauge, ovality_mm=ovality_mm, edges=edges, fusion=route_v.fusion)
+    return TimedGauge[SizeReading](rig, name, make)
+
+
+def _lines(camera: Camera, region_y_mm: tuple[float, float], reading: SizeReading) -> list[Line]:
+    return [*_region_lines(camera, region_y_mm), *_board_lines(camera, reading), *_edge_lines(camera, reading)]
+
+
+def _region_lines(camera: Camera, region_y_mm: tuple[float, float]) -> list[Line]:
+    x_mm = np.linspace(-REGION_DRAWN_MM, REGION_DRAWN_MM, 20)
+    ends = [np.column_stack([x_mm, np.full(20, y_mm), np.full(20, PLANE_HEIGHT_MM)]) for y_mm in region_y_mm]
+    return [Line("region", camera.project(end)) for end in ends]
+
+
+def _board_lines(camera: Camera, reading: SizeReading) -> list[Line]:
+    corners = BOARD_DRAWN_MM * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]])
+    return [Line("board", camera.project(np.column_stack([corners, np.full(5, reading.plane_height_mm)])))]
+
+
+def _edge_lines(camera: Camera, reading: SizeReading) -> list[Line]:
+    if not reading.valid:
+        return []
+    cylinder = np.array([reading.offset_mm, reading.axis_height_mm, 0.0, 0.0, reading.diameter_mm / 2])
+    y_mm = np.array([-EDGE_DRAWN_MM, EDGE_DRAWN_MM])
+    return [Line("edge", camera.project(points)) for points in _outline_mm(camera, cylinder, y_mm)]
+
+
+def _outline_mm(camera: Camera, cylinder: NDArray[np.float64], y_mm: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """Both edges of a cylinder as a camera sees them, on the measuring plane, mm."""
+    lines = [TangentPlane.touching(camera.centre_mm, cylinder, side).line for side in LIMB_SIDES]
+    return [np.column_stack([line[0] * y_mm + line[1], y_mm, np.full(y_mm.size, PLANE_HEIGHT_MM)]) for line in lines]
 
 
 def _drawn_bar(camera: Camera) -> Picture:
     """Grey picture of a bar on the rollers before a dark background, as one camera would see it."""
     cylinder = np.array([0.0, DRAWN_DIAMETER_MM / 2, 0.0, 0.0, DRAWN_DIAMETER_MM / 2])
     y_mm = np.linspace(-400.0, 400.0, 50)
-    outline: list[NDArray[np.float64]] = []
-    for side in LIMB_SIDES:
-        line = TangentPlane.touching(camera.centre_mm, cylinder, side).line
-        points = np.column_stack([line[0] * y_mm + line[1], y_mm, np.full(y_mm.size, PLANE_HEIGHT_MM)])
-        outline.append(camera.project(points)[::side])
+    edges = _outline_mm(camera, cylinder, y_mm)
+    outline = [camera.project(edge)[::side] for side, edge in zip(LIMB_SIDES, edges, strict=True)]
     columns, rows = camera.image_size
     picture = np.full((rows, columns), 8, np.uint8)
     cv2.fillPoly(picture, [np.rint(np.nan_to_num(np.concatenate(outline))).astype(np.int32)], (160,))

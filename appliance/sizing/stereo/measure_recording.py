@@ -1,39 +1,44 @@
 """Measures a recording frame by frame and writes what it found as JSON lines or CSV."""
 
 import contextlib
-from functools import partial
+from collections.abc import Callable
 from pathlib import Path
-from typing import Literal
 
 from tqdm import tqdm
 
-from appliance.cameras.recording.pairs import Recording
+from appliance.cameras.recording.pairs import Recording, read_stamps
+from appliance.cameras.source import together
 from appliance.files.atomic_file import whole_file
 from appliance.files.row_writer import row_writer
-from appliance.sizing.reading_rows import COLUMNS, row
-from appliance.sizing.stereo.gauge import TimedGauge
+from appliance.sizing.reading_rows import COLUMNS, Judge, ReadingRows, unjudged
+from appliance.sizing.stereo.gauge import Measures, TimedGauge
 from appliance.sizing.stereo.plots import Plots
-from appliance.sizing.stereo.rig_file import load_rig
-from vision.edges.operators import EdgeMethod
+from appliance.sizing.stereo.rig_file import RigError, load_rig
+from appliance.sizing.stereo.served_plots import ServedPlots
+from appliance.sizing.summary import Summary
+from vision.calibration.rig import Rig
 from vision.readings import SizeReading
 from vision.sizing.gauge import Gauge
-from vision.sizing.virtual_board.gauge import Fusion, VirtualBoardGauge
+from vision.sizing.side_by_side import SideBySide
 from vision.sizing.virtual_board.reading import VirtualBoardReading
 
-Method = Literal["tangent", "virtual-board"]
+AnyGauge = TimedGauge[SizeReading | VirtualBoardReading]
+
+TANGENT = "tangent"
+FRAME_PERIOD_US = 40_000  # of a recording without time stamps; gaps between bars are told by it
+FRAMES_TRIED = 5  # with left and right exchanged, where no frame has a value
 
 
 def measure_recording(
     recording: Path,
     rig: Path,
     output: Path,
+    make: Callable[[Rig], Measures[SizeReading | VirtualBoardReading]] = Gauge,
     *,
-    method: Method = "tangent",
-    edges: EdgeMethod = "forest",
-    fusion: Fusion = "none",
+    judge: Judge = unjudged,
     plots: Path | None = None,
-) -> None:
-    """Measure every frame of a recording; the output appears whole or not at all.
+) -> list[str]:
+    """Measure every frame of a recording; the output appears whole or not at all. Lines of a summary.
 
     Parameters
     ----------
@@ -43,14 +48,12 @@ def measure_recording(
         Calibration from `hotgauge calibrate`.
     output : Path
         File to write: CSV if its suffix is `.csv`, else JSON lines.
-    method : {"tangent", "virtual-board"}
-        Route that gives the diameter: tangent planes checked by virtual boards, or virtual boards (route V) alone.
-    edges : str
-        Edge detector of route V alone, one of `EDGE_METHODS`.
-    fusion : str
-        How route V alone makes one picture out of both views, one of `FUSIONS`.
+    make : callable
+        Makes the gauge from the rig.
+    judge : callable
+        Compares each reading with what is wanted.
     plots : Path, optional
-        Folder for plots of route V alone.
+        Folder for plots.
 
     Raises
     ------
@@ -64,19 +67,50 @@ def measure_recording(
         `output` cannot be written, or the folder of plots not made.
     """
     drawing = Plots(plots) if plots is not None else None
-    gauge: TimedGauge[SizeReading | VirtualBoardReading] = TimedGauge(
-        load_rig(rig),
-        str(rig),
-        Gauge if method == "tangent" else partial(VirtualBoardGauge, edges=edges, fusion=fusion),
-    )
+    served = ServedPlots(plots) if plots is not None else None
+    calibrated = load_rig(rig)
+    gauge = AnyGauge(calibrated, str(rig), make)
+    rows, summary, passing = ReadingRows(judge), Summary(), SideBySide()
     with contextlib.closing(Recording(recording)) as frames, whole_file(output) as file:
         write = row_writer(output, file, COLUMNS)
+        stamps = read_stamps(recording)
         for frame, left, right in tqdm(frames, unit="frame", disable=None):
-            reading, elapsed_ms = gauge.measure(left, right)
-            if isinstance(reading, VirtualBoardReading):
-                if drawing is not None:
-                    drawing.add(frame, reading)
-                reading = reading.size_reading()
-            write(row(frame, reading, elapsed_ms))
-    if drawing is not None:
+            stamp = stamps.get(frame)
+            synchronous = stamp is not None and together(*stamp)
+            measured, elapsed_ms = gauge.measure_bars(left, right, synchronous=synchronous)
+            moment_us = stamp[0] if stamp else frame * FRAME_PERIOD_US
+            readings = passing.add([_size_reading(frame, one, gauge, drawing) for one in measured], moment_us / 1e6)
+            for bar, reading in enumerate(readings):
+                values = rows.row(frame, reading, elapsed_ms, stamp and stamp[0], bar=bar)
+                summary.add(reading, values["decision"])
+                if served is not None and reading.method == TANGENT:
+                    served.add(frame, reading, values)
+                write(values)
+        cause = _exchanged(frames, AnyGauge(calibrated, str(rig), make)) if summary.says_nothing else ""
+    if drawing is not None and served is not None:
         drawing.write()
+        served.write()
+    return summary.lines(cause)
+
+
+def _size_reading(
+    frame: int, reading: SizeReading | VirtualBoardReading, gauge: AnyGauge, drawing: Plots | None
+) -> SizeReading:
+    if isinstance(reading, SizeReading):
+        return reading
+    if drawing is not None:
+        drawing.add(frame, reading, gauge.aligned_pair)
+    return reading.size_reading()
+
+
+def _exchanged(frames: Recording, gauge: AnyGauge) -> str:
+    """Sentence if frames without a value have one once left and right are exchanged; else nothing."""
+    places = [len(frames) * part // FRAMES_TRIED for part in range(FRAMES_TRIED)]
+    found = [frame for place in dict.fromkeys(places) if (frame := frames.read(place)) is not None]
+    try:
+        valid = sum(gauge.measure(right, left)[0].valid for _, left, right in found)
+    except RigError:  # cameras of unlike size
+        return ""
+    if 2 * valid < len(found) or not valid:
+        return ""
+    return f"left and right are exchanged: so exchanged, {valid} of {len(found)} frames that were tried have a value"

@@ -1,45 +1,64 @@
-"""The command `measure` with two calibrated cameras: by both routes, or by virtual boards alone."""
+"""The command `measure` with calibrated cameras: by both routes, by virtual boards alone, or with one camera."""
 
 import argparse
 from typing import ClassVar
 
-from appliance.command_options import CommandError, one_of
+from appliance.command_options import CommandError
 from appliance.sizing.measuring import Measuring
+from appliance.sizing.reading_rows import Judge
+from appliance.sizing.stereo.route_options import PRINTED_OPTIONS, add_route_options
+
+MOST_OVALITY_MM = 20.0  # as the setting sizing.ovality_mm allows
+OWN_OPTIONS = {
+    "tangent": frozenset({"ovality", "plot"}),
+    "virtual-board": frozenset({*PRINTED_OPTIONS, "fusion", "plot"}),
+    "one-camera": frozenset({*PRINTED_OPTIONS, "side", "plane_mm", "plot"}),
+}
 
 
 class StereoMeasuring(Measuring):
-    """Measures by tangent planes checked by virtual boards, or by virtual boards alone."""
+    """Measures by tangent planes checked by virtual boards, by virtual boards alone, or with one of the cameras."""
 
-    names: ClassVar[tuple[str, ...]] = ("tangent", "virtual-board")
-    text: ClassVar[str] = "tangent unless given; virtual-board is the dissertation's, alone"
-    options: ClassVar[tuple[str, ...]] = ("rig", "edges", "fusion", "plot")
+    names: ClassVar[tuple[str, ...]] = tuple(OWN_OPTIONS)
+    text: ClassVar[str] = (
+        "tangent unless given; virtual-board and one-camera (on the plane of its board) are the dissertation's, alone"
+    )
+    options: ClassVar[tuple[str, ...]] = ("rig", "plot", *PRINTED_OPTIONS, "fusion", "side", "plane_mm", "ovality")
 
     def add_options(self, command: argparse.ArgumentParser) -> None:
-        """Declare edge detector and fusion of virtual boards."""
-        command.add_argument("--edges", metavar="NAME", help="edge detector of virtual-board, forest unless given")
+        """Declare edge detector, fusion, and the dissertation's ways and numbers."""
+        add_route_options(command)
+        command.add_argument(
+            "--ovality", type=_length, metavar="MM", help="greatest minus least width of a section; 0.6 %% unless given"
+        )
         command.add_argument(
             "--fusion", metavar="NAME", help="views of virtual-board in one picture, none unless given"
         )
+        command.add_argument("--side", metavar="SIDE", help="camera of one-camera: left unless given, or right")
+        command.add_argument(
+            "--plane-mm", type=float, metavar="MM", help="height of one-camera's plane; else that of the low board"
+        )
 
-    def run(self, given: argparse.Namespace) -> None:
+    def run(self, given: argparse.Namespace, judge: Judge) -> list[str]:
         """Measure with the rig file; see `Measuring.run`."""
         from appliance.sizing.stereo.measure_recording import measure_recording
-        from vision.edges.operators import EDGE_METHODS
-        from vision.sizing.virtual_board.gauge import FUSIONS
+        from appliance.sizing.stereo.route_choice import gauge_of
 
         if given.rig is None:
             raise CommandError("--rig: the rig file of these cameras is missing; make it with hotgauge calibrate")
-        for option in ("edges", "fusion", "plot"):
-            if given.method == "tangent" and getattr(given, option) is not None:
-                raise CommandError(f"--{option}: only virtual boards have it; add --method virtual-board")
-        edges = one_of(EDGE_METHODS, given.edges or "forest", "--edges")
-        fusion = one_of(FUSIONS, given.fusion or "none", "--fusion")
-        measure_recording(
-            given.recording,
-            given.rig,
-            given.output,
-            method=given.method,
-            edges=edges,
-            fusion=fusion,
-            plots=given.plot,
-        )
+        if given.method != "tangent" and given.ovality is not None:
+            raise CommandError(f"--ovality: {given.method} has no part for it; leave it out")
+        for option in OWN_OPTIONS["virtual-board"] | OWN_OPTIONS["one-camera"]:
+            if option not in OWN_OPTIONS[given.method] and getattr(given, option) is not None:
+                others = [name for name, own in OWN_OPTIONS.items() if option in own]
+                who = "only virtual boards have it" if "virtual-board" in others else "only one camera has it"
+                raise CommandError(f"--{option.replace('_', '-')}: {who}; add --method {others[0]}")
+        make = gauge_of(given)
+        return measure_recording(given.recording, given.rig, given.output, make, judge=judge, plots=given.plot)
+
+
+def _length(text: str) -> float:
+    number = float(text)
+    if not 0 <= number <= MOST_OVALITY_MM:
+        raise ValueError
+    return number

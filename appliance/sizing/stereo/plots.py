@@ -5,10 +5,13 @@ from pathlib import Path
 
 import numpy as np
 
-from appliance.sizing.figures import DOTS_PER_INCH, figure_class, mark_frames
+from appliance.sizing.figures import figure_class, mark_frames, save_figure
+from appliance.sizing.stereo.overlays import write_overlays
+from vision.sizing.virtual_board.aligned_pair import AlignedPair
 from vision.sizing.virtual_board.reading import VirtualBoardReading
 
 TOLERANCE_BAND_MM = 3.0  # rolling tolerance of the dissertation, above and below
+OVERLAY_FRAMES = 8  # chosen: frames, the first with windows, whose pictures are drawn over
 WINDOW_PLOTS = 8  # chosen: frames, spread over the recording, whose windows are drawn
 
 
@@ -32,21 +35,29 @@ class Plots:
         self._new_figure = figure_class()
         self._folder = folder
         self._readings: list[tuple[int, VirtualBoardReading]] = []
+        self._overlays = 0
         folder.mkdir(parents=True, exist_ok=True)
 
-    def add(self, frame: int, reading: VirtualBoardReading) -> None:
-        """Add a frame's reading.
+    def add(self, frame: int, reading: VirtualBoardReading, pair: AlignedPair | None = None) -> None:
+        """Add a frame's reading; of the first frames with windows, what was seen is drawn over the pictures at once.
 
         Parameters
         ----------
         frame : int
             Number of the frame.
         reading : VirtualBoardReading
+        pair : AlignedPair or None
+            Views, edges and board of the frame.
         """
         self._readings.append((frame, reading))
+        if pair is not None and reading.windows_total and self._overlays < OVERLAY_FRAMES:
+            self._overlays += 1
+            write_overlays(self._folder, frame, pair, reading)
 
     def write(self) -> None:
         """Draw `windows_NNNNNN.png` of up to eight frames, `frames.png` and `alignment.png`."""
+        if not self._readings:
+            return
         with_windows = [pair for pair in self._readings if pair[1].windows_kept]
         count = min(WINDOW_PLOTS, len(with_windows))
         for place in range(count):
@@ -77,7 +88,7 @@ class Plots:
         axes.set_title(f"frame {frame}: {reading.diameter_mm:.2f} mm, Sigma {reading.weighted_deviation_mm:.3f} mm")
         handles = [*axes.get_legend_handles_labels()[0], *trust.get_legend_handles_labels()[0]]
         axes.legend(handles=handles, loc="best", fontsize="small")
-        figure.savefig(self._folder / f"windows_{frame:06d}.png", dpi=DOTS_PER_INCH)
+        save_figure(figure, self._folder / f"windows_{frame:06d}.png")
 
     def _frames(self) -> None:
         """Diameter per frame with one standard deviation of its windows, like figure 3.29."""
@@ -91,7 +102,7 @@ class Plots:
         axes.set(xlabel="frame", ylabel="diameter, mm", title="Route V, frame by frame; red: no value")
         axes.grid(alpha=0.3)
         axes.legend(fontsize="small")
-        figure.savefig(self._folder / "frames.png", dpi=DOTS_PER_INCH)
+        save_figure(figure, self._folder / "frames.png")
 
     def _alignment(self) -> None:
         """Q_R and the board's height over frames, like figures 4.8 and 4.9."""
@@ -104,7 +115,7 @@ class Plots:
         height.set(xlabel="frame", ylabel="height of the board, mm")
         for axes in (quality, height):
             axes.grid(alpha=0.3)
-        figure.savefig(self._folder / "alignment.png", dpi=DOTS_PER_INCH)
+        save_figure(figure, self._folder / "alignment.png")
 
 
 def _spread_mm(reading: VirtualBoardReading) -> float:

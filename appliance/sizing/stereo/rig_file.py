@@ -31,11 +31,11 @@ def load_rig(path: Path) -> Rig:
         File missing, unreadable, or malformed in any way; the message names file and key.
     """
     try:
-        return Rig.from_json(path.read_text(encoding="utf-8"))
+        return Rig.from_json(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise RigError(f"{path}: cannot be read ({error.strerror}); make it with `hotgauge calibrate`") from error
     except ValueError as error:
-        raise RigError(f"{path}: {error}; make the file anew with `hotgauge calibrate`") from error
+        raise RigError(f"{path}: no usable rig file: {error}; make it with `hotgauge calibrate`") from error
 
 
 def save_rig(rig: Rig, path: Path) -> None:

@@ -4,20 +4,23 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from appliance.cameras.kinds import StereoCamera
 from appliance.cameras.recording.settings import RecordingCamera
 from appliance.cameras.simulated.settings import MillCamera
 from appliance.settings.file import SettingsError
 from appliance.settings.section import FilePath
-from appliance.sizing.method import ScaleCheck, SizingMethod, TimedReader
+from appliance.sizing.method import ScaleCheck, ScaleError, SizingMethod, TimedReader
+from vision.edges.names import EdgeMethod
+from vision.fusion.names import Fusion
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     from appliance.cameras.source import PairSource
+    from appliance.sizing.stereo.gauge import RouteV
 
 NO_RIG_SENTENCE = "sizing.rig is not set; make a rig file with `hotgauge calibrate` and set it"
 
@@ -32,8 +35,30 @@ class SizingSettings(SizingMethod):
     camera: StereoCamera = Field(default_factory=MillCamera, description="Where image pairs come from")
     rig: FilePath | None = Field(
         default=None,
-        description="Calibration of the two cameras, from `hotgauge calibrate`; the mill can do without",
+        description="Calibration of the two cameras, from `hotgauge calibrate`; not needed for the mill",
     )
+
+    edges: EdgeMethod = Field(
+        default="forest", description="Edge detector of the virtual boards, the route that stands beside the value"
+    )
+    edge_model: FilePath | None = Field(
+        default=None, description="Forest from `hotgauge train-edges` for it; without: the one that comes along"
+    )
+    fusion: Fusion = Field(
+        default="none", description="How the views of the virtual boards are fused; none measures each on its own"
+    )
+
+    @model_validator(mode="after")
+    def _check_edge_model(self) -> Self:
+        if self.edge_model is not None and self.edges != "forest":
+            raise ValueError(f"edge_model: {self.edges} has none; leave it out, or set edges to forest")
+        return self
+
+    @property
+    def _route_v(self) -> "RouteV":
+        from appliance.sizing.stereo.gauge import RouteV
+
+        return RouteV(self.edges, self.edge_model, self.fusion)
 
     @property
     def scale_file(self) -> Path | None:
@@ -50,12 +75,13 @@ class SizingSettings(SizingMethod):
         from appliance.sizing.stereo.rig_file import RigError
 
         if self.rig is not None:
-            return rig_file_gauge(self.rig, self.ovality_mm)
+            return rig_file_gauge(self.rig, self.ovality_mm, self._route_v)
         calibrate = self.camera.own_rig()
         if calibrate is None:
             raise RigError(NO_RIG_SENTENCE)
         on_usable()
-        return pair_gauge(calibrate(), f"rig of {self.camera.in_words}", self.ovality_mm)
+        # a camera that brings its own rig is the simulated mill, whose bars are round
+        return pair_gauge(calibrate(), f"rig of {self.camera.in_words}", self.ovality_mm or 0.0, self._route_v)
 
     def with_recording(self, recording: Path, rig: Path | None) -> Self:
         """Copy the settings with a recording and its rig; see `SizingMethod.with_recording`."""
@@ -66,15 +92,14 @@ class SizingSettings(SizingMethod):
     def check_scale(self) -> ScaleCheck:
         """Check whether the rig can be used; see `SizingMethod.check_scale`."""
         from appliance.sizing.stereo.gauge import rig_file_gauge
-        from appliance.sizing.stereo.rig_file import RigError
 
         if self.rig is None:
             if self.camera.own_rig() is not None:
                 return ScaleCheck("rig", "note", f"none; {self.camera.in_words} calibrates itself")
             return ScaleCheck("rig", "BAD", NO_RIG_SENTENCE)
         try:
-            rig_file_gauge(self.rig, self.ovality_mm)
-        except RigError as error:
+            rig_file_gauge(self.rig, self.ovality_mm, self._route_v)
+        except ScaleError as error:
             return ScaleCheck("rig", "BAD", str(error))
         return ScaleCheck("rig", "good", str(self.rig))
 
@@ -83,4 +108,4 @@ class SizingSettings(SizingMethod):
         from appliance.sizing.stereo.gauge import rig_file_gauge
 
         if self.rig is not None:
-            rig_file_gauge(self.rig, self.ovality_mm).measure(*pictures)
+            rig_file_gauge(self.rig, self.ovality_mm, self._route_v).measure(*pictures)

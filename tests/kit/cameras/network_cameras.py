@@ -1,6 +1,7 @@
 """Cameras on loopback for tests: an RTSP server in its own process, JPEG over HTTP, a line that stalls."""
 
 import contextlib
+import math
 import socket
 import subprocess
 import sys
@@ -11,8 +12,6 @@ from pathlib import Path
 
 import cv2
 from clock_picture import clock_picture, now_ms
-
-PERIOD_S = 0.04
 
 
 class RtspCamera:
@@ -30,7 +29,8 @@ class RtspCamera:
 
 @contextlib.contextmanager
 def rtsp_camera(**options):
-    given = [f"--{name}={value}" for name, value in options.items()]
+    given = [f"--{name}={value}" for name, value in options.items() if name != "show"]
+    given += ["--show", *map(str, options["show"])] if "show" in options else []
     script = Path(__file__).parent / "rtsp_camera.py"
     with subprocess.Popen(
         [sys.executable, str(script), *given], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
@@ -103,8 +103,9 @@ def silent_camera(port=0):
 
 
 @contextlib.contextmanager
-def http_camera(columns=640, rows=480):
-    """Port of a server that sends JPEG clock pictures in rhythm to everybody who asks."""
+def http_camera(columns=640, rows=480, picture=None, rate=25):
+    """Port of a server that sends JPEG pictures in rhythm to everybody who asks: clock pictures, or by their moment."""
+    picture = picture or (lambda moment_ms: clock_picture(moment_ms, columns, rows))
 
     class Handler(BaseHTTPRequestHandler):
         def log_message(self, *_):
@@ -114,12 +115,10 @@ def http_camera(columns=640, rows=480):
             self.send_response(200)
             self.send_header("Content-Type", "multipart/x-mixed-replace; boundary=picture")
             self.end_headers()
-            due_s = time.monotonic()
             with contextlib.suppress(OSError):
                 while True:
-                    due_s += PERIOD_S
-                    time.sleep(max(0.0, due_s - time.monotonic()))
-                    jpeg = cv2.imencode(".jpg", clock_picture(now_ms(), columns, rows))[1].tobytes()
+                    time.sleep((math.floor(time.monotonic() * rate) + 1) / rate - time.monotonic())
+                    jpeg = cv2.imencode(".jpg", picture(now_ms()))[1].tobytes()
                     head = f"--picture\r\nContent-Type: image/jpeg\r\nContent-Length: {len(jpeg)}\r\n\r\n"
                     self.wfile.write(head.encode() + jpeg + b"\r\n")
 

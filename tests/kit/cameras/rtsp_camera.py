@@ -2,10 +2,12 @@
 
     python rtsp_camera.py --codec h264 --size 640x480 --rate 25
 
-Prints its port. Obeys `size 320x240`, `lose 0.02` (share of RTP packets), `stand` and `go` (pictures stop and start).
+Prints its port. Obeys `size 320x240`, `lose 0.02` (share of RTP packets), `stand` and `go` (pictures stop and start),
+and, once it shows a folder's pictures in place of the clock (--show), `show FOLDER SECONDS`; see `shown_pictures`.
 """
 
 import argparse
+import math
 import random
 import sys
 import threading
@@ -20,6 +22,7 @@ gi.require_version("GstRtspServer", "1.0")
 
 from clock_picture import clock_picture, now_ms  # noqa: E402  GObject wants its versions first
 from gi.repository import GLib, Gst, GstRtsp, GstRtspServer  # noqa: E402
+from shown_pictures import ShownPictures  # noqa: E402
 
 CODECS = {
     "h264": "x264enc tune=zerolatency sliced-threads=false threads=1 "
@@ -37,6 +40,7 @@ class Camera:
         self.standing = False
         self.source = None
         self.luck = random.Random(7)
+        self.shown = None
 
     def configure(self, _factory, media):
         self.source = media.get_element().get_child_by_name("source")
@@ -66,14 +70,23 @@ class Camera:
             if size != self.size:
                 size = self.size
                 self.set_caps()
-            buffer = Gst.Buffer.new_wrapped(clock_picture(now_ms(), *size).tobytes())
+            buffer = Gst.Buffer.new_wrapped(self.picture(size).tobytes())
             if source.emit("push-buffer", buffer) != Gst.FlowReturn.OK:
                 return
-            time.sleep(1 / self.rate)
+            self.wait_for_next()
+
+    def wait_for_next(self):
+        """Every camera of this computer exposes at the same moments, as a common trigger would have it."""
+        time.sleep((math.floor(time.monotonic() * self.rate) + 1) / self.rate - time.monotonic())
+
+    def picture(self, size):
+        return clock_picture(now_ms(), *size) if self.shown is None else self.shown.at(now_ms())
 
     def obey(self, line):
         words = line.split()
-        if words[0] == "size":
+        if words[0] == "show":
+            self.shown.show(words[1], float(words[2]))
+        elif words[0] == "size":
             self.size = tuple(map(int, words[1].split("x")))
         elif words[0] == "lose":
             self.lost_share = float(words[1])
@@ -89,9 +102,13 @@ def main():
     parser.add_argument("--port", default="0")
     parser.add_argument("--credentials", type=Path, help="file with user and password, for who may look")
     parser.add_argument("--more", default="", help="properties of the encoder")
+    parser.add_argument("--show", nargs=2, metavar=("FOLDER", "SECONDS"))
+    parser.add_argument("--log", type=argparse.FileType("w"))
     given = parser.parse_args()
     Gst.init(None)
     camera = Camera(tuple(map(int, given.size.split("x"))), given.rate)
+    if given.show:
+        camera.shown = ShownPictures(given.show[0], float(given.show[1]), given.log)
     server = GstRtspServer.RTSPServer.new()
     server.set_address("127.0.0.1")
     server.set_service(given.port)

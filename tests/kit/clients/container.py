@@ -70,6 +70,7 @@ def container(folder: Path) -> Iterator[Container]:
         try:
             booted = Container(root, leader_of(nspawn))
             wait_until(lambda: booted.run("systemctl", "is-system-running", check=False).strip() == "running", 60)
+            booted.run("ldconfig")
             yield booted
         finally:
             nspawn.terminate()
@@ -107,6 +108,9 @@ def put_program(root: Path) -> None:
     (venv / "pyvenv.cfg").write_text("home = /opt/python/bin\n", encoding="utf-8")
     (venv / "bin").mkdir()
     (venv / "bin/python").symlink_to(f"/opt/python/bin/{PYTHON}")
+    # where the interpreter was built in somebody's home, the service may not read its library there, and would find
+    # the one of Debian's own interpreter
+    (root / "etc/ld.so.conf.d/00-python.conf").write_text("/opt/python/lib\n", encoding="ascii")
 
 
 def leader_of(nspawn: subprocess.Popen) -> int:

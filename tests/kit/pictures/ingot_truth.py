@@ -7,6 +7,8 @@ from typing import NamedTuple
 import cv2
 
 from appliance.cameras.recording.picture_file import read_picture
+from appliance.comparison.ends import Decided, matched
+from appliance.comparison.files import EndTruth
 from appliance.ingot.reader_setup import decision_rule, load_view, make_reader
 from appliance.ingot.settings import IngotSettings
 from appliance.simulation.ingots.conditions import ingot_sequence
@@ -16,8 +18,6 @@ from vision.ingot.orientation_reader import IngotView, References
 from vision.ingot.sequential_decision import IngotFollower
 
 SETTINGS = IngotSettings(classifier="wrinkles")  # what docs/studies/ingots.json was drawn with
-SAME_WITHIN = 5  # frames without an ingot in the truth that do not part two
-EARLY = 8  # frames before its own truth in which an ingot may be seen, behind one that is leaving
 CLASSIFIERS = ("single", "dual", "wrinkles")
 
 
@@ -37,14 +37,6 @@ class Scene(NamedTuple):
 
     view: IngotView
     frames: object
-
-
-class Followed(NamedTuple):
-    """An ingot of the truth, and what was decided of it; frames until the decision are counted on the line."""
-
-    label: str
-    decision: str
-    frames_until: int | None
 
 
 def recorded(folder, sequence):
@@ -88,7 +80,9 @@ def follow(scene, settings=SETTINGS):
         readings.append(reading)
         decisions += follower.add(frame, reading)
     decisions += follower.end()
-    ingots, strangers = _matched(sights, decisions)
+    truth = {frame: EndTruth(sight.present, sight.label, sight.state) for frame, sight in enumerate(sights)}
+    decided = [Decided(one.orientation, one.first_frame, one.decided_frame) for one in decisions]
+    ingots, strangers = matched(truth, decided)
     return {
         **_frames(sights, readings, settings.classifier),
         "ingots": [list(ingot) for ingot in ingots],
@@ -116,27 +110,3 @@ def _frames(sights, readings, classifier):
             key = f"{sight.label} as {verdict}"
             verdicts[name][key] = verdicts[name].get(key, 0) + 1
     return {"placed": len(placed), "found": len(found), "found_elsewhere": len(elsewhere), "verdicts": verdicts}
-
-
-def _matched(sights, decisions):
-    """Ingots of the truth with the decision that fell while they were on the line, and decisions without an ingot."""
-    spans = []
-    for frame, sight in enumerate(sights):
-        if not (sight.present and sight.state in {"placed", "leaving"}):
-            continue
-        new = not spans or sight.label != spans[-1][0] or frame > spans[-1][2] + SAME_WITHIN
-        if new and sight.state == "placed":
-            spans.append([sight.label, frame, frame])
-        elif spans:
-            spans[-1][2] = frame
-    left = list(decisions)
-    ingots = []
-    for label, first, last in spans:
-        mine = [one for one in left if first - EARLY <= one.first_frame <= last]
-        left = [one for one in left if one not in mine]
-        told = [one for one in mine if one.orientation != "undecided"] or mine
-        orientation = told[0].orientation if told else "undecided"
-        decided = told[0].decided_frame if told else None
-        ingots.append(Followed(label, orientation, None if decided is None else decided - first + 1))
-        left += told[1:]
-    return ingots, left

@@ -13,7 +13,6 @@ from appliance.cameras.source import CameraError, FramePair
 from appliance.sizing import station as sizing
 from appliance.sizing.stereo.settings import SizingSettings
 from vision.readings import SizeReading
-from vision.sent_picture import SentPicture
 
 RATE_HZ = 20.0
 SHAPE = (60, 80)
@@ -72,7 +71,10 @@ class ToldGauge:
     def warm_up(self) -> None:
         pass
 
-    def measure(self, left: SentPicture, _right: SentPicture) -> tuple[SizeReading, float]:
+    def lines(self, _: SizeReading) -> list[list]:
+        return [[], []]
+
+    def measure_exposed(self, exposed: FramePair) -> tuple[tuple[SizeReading, ...], float]:
         mode = told()
         if mode == "native crash":
             ctypes.string_at(0)
@@ -84,8 +86,9 @@ class ToldGauge:
             raise ArithmeticError("as told")
         elif mode == "hang":
             time.sleep(3600)
-        diameter_mm = 200 + float(left.shown[0, 0]) / 100
-        return SizeReading(diameter_mm=diameter_mm, expanded_uncertainty_mm=0.2, windows_kept=20, windows_total=25), 1.0
+        diameter_mm = 200 + float(exposed.left[0, 0]) / 100
+        reading = SizeReading(diameter_mm=diameter_mm, expanded_uncertainty_mm=0.2, windows_kept=20, windows_total=25)
+        return (reading,), 1.0
 
 
 if __name__ == "__main__":

@@ -37,7 +37,7 @@ def test_status_bits_follow_the_alarms_as_discrete_inputs(wire):
 @pytest.mark.parametrize(
     ("function", "start", "count"),
     [
-        *[(function, *wanted) for function in (3, 4) for wanted in ((520, 1), (624, 1), (519, 107), (65535, 125))],
+        *[(function, *wanted) for function in (3, 4) for wanted in ((624, 1), (624, 2), (623, 107), (65535, 125))],
         *[(1, start, count) for start, count in ((42, 1), (41, 24), (0, 65), (65535, 2000))],
         *[(2, start, count) for start, count in ((21, 1), (20, 45), (0, 2000))],
     ],
@@ -52,11 +52,11 @@ def test_aligned_blocks_of_words_over_the_whole_map_hold_its_rows_and_no_values(
     wire.ask(write_registers(200, 26550, 40))
     image = encode(LIVE)
     expected = dict.fromkeys(range(625), 0xFFFF)
-    for start, block in ((0, image.words), (300, image.reading_ring), (420, image.ingot_ring)):
+    for start, block in ((0, image.words), (300, image.reading_ring), (420, image.ingot_ring), (540, image.bars)):
         expected |= dict(enumerate(struct.unpack(f">{len(block) // 2}H", block), start))
     if function == 3:
         expected |= dict(zip(range(200, 209), (26550, 40, 0, 0, 0, 0, 0, 0), strict=False))
-    for start in range(0, 520, size):
+    for start in range(0, 625 - size, size):
         words = struct.unpack(f">{size}H", wire.ask(read(function, start, size))[2:])
         assert dict(enumerate(words, start)) == {n: expected[n] for n in range(start, start + size)}
 
@@ -211,7 +211,7 @@ def test_a_set_point_out_of_bounds_answers_3_and_nothing_of_the_request_is_writt
         write_coils(41, True, True),
         write_coils(0, *[True] * 40),
         write_and_read(0, 1, 0, 1),
-        write_and_read(520, 2, 200, 26550),  # the read half is refused before the write half acts
+        write_and_read(624, 2, 200, 26550),  # the read half is refused before the write half acts
         write_and_read(0, 1, 207, 1, 1),
     ],
 )

@@ -294,3 +294,8 @@ def test_requests_and_refusals_are_counted(server, wire):
 def test_a_wrong_parameter_is_named(wrong, named):
     with pytest.raises(ValueError, match=named):
         ModbusServer(**{"host": "127.0.0.1", "port": 0} | wrong)
+
+
+def test_the_last_port_that_there_is_can_be_served():
+    server = ModbusServer("127.0.0.1", 65535)
+    assert server.port == 65535

@@ -20,6 +20,7 @@ from modbus_wire import (
 )
 
 from plc.process_image import encode
+from plc.security import places
 from plc.server import ModbusServer
 
 IN_TIME_S = 0.2
@@ -191,7 +192,7 @@ def test_a_ring_is_read_whole_or_in_part_in_both_tables(server, wire, function):
     assert wire.ask(read(function, 420, 100))[2:] == image.ingot_ring
     assert wire.ask(read(function, 300, 1))[2:] == b"\0\x09"
     assert wire.ask(read(function, 308, 2))[2:] == struct.pack(">f", 250.0)
-    for start, count in ((520, 1), (519, 107), (65535, 1)):
+    for start, count in ((624, 1), (623, 107), (65535, 1)):
         assert wire.ask(read(function, start, count)) == exception(function, 2)
 
 
@@ -216,3 +217,27 @@ def test_what_is_restored_is_read_back_and_told_to_nobody(written):
         wire.ask(write_registers(200, 26550, 0, 0, 0, 0x5678, 0x1234))
         wire.ask(write_coils(32, False, True))
     assert written == []
+
+
+def test_a_client_that_leaks_connections_locks_nobody_out(written, monkeypatch):
+    monkeypatch.setattr(places, "LEAK_SILENT_S", 0.5)
+    server = ModbusServer("127.0.0.1", 0, connections_max=64)
+    server.publish(encode(LIVE))
+    with served(server), Wire(server.port, source="127.0.0.9") as plc:
+        leaked = [Wire(server.port) for _ in range(63)]
+        for wire in leaked:
+            wire.ask(read(4, 0, 1))
+        plc.ask(read(4, 0, 1))
+        with Wire(server.port, source="127.0.0.8", timeout_s=3) as too_soon:
+            assert too_soon.closed_by_server()
+        time.sleep(0.6)
+        for wire in leaked[10:]:
+            wire.ask(read(4, 0, 1))
+        for source in ("127.0.0.8", "127.0.0.1"):  # another client, and the one that leaks
+            with Wire(server.port, source=source) as newcomer:
+                assert newcomer.ask(read(4, 0, 1))[0] == 4
+        assert leaked[0].closed_by_server()
+        assert leaked[10].ask(read(4, 0, 1))[0] == 4
+        assert plc.ask(read(4, 0, 1))[0] == 4, "a client with few places keeps them, however silent"
+        for wire in leaked:
+            wire.socket.close()

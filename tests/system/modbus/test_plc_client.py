@@ -74,7 +74,7 @@ def test_lines_for_people_say_every_main_value_or_that_there_is_none(server):
     assert "diameter                  265.530 mm" in text
     assert "diameter_cold             no value" in text
     assert "2 valid with reasons, reasons 0x00020000" in text
-    assert "3 function check" in text
+    assert "3 test, not for control" in text
     assert "2026-09-21 14:13:20.123" in text
     assert "measurement_valid, simulated" in text
     assert "alarm_stale, alarm_internal" in text

@@ -46,7 +46,9 @@ def test_no_block_is_ever_torn_while_another_thread_publishes(server):
 def test_the_same_count_sees_torn_reads_when_an_image_is_updated_word_by_word():
     server = ModbusServer("127.0.0.1", 0)
     words = bytearray(moment(0).words)
-    careless = SimpleNamespace(words=words, reading_ring=b"", ingot_ring=b"", coils=0, discretes=0, word_order="big")
+    careless = SimpleNamespace(
+        words=words, reading_ring=b"", ingot_ring=b"", bars=b"", coils=0, discretes=0, word_order="big"
+    )
     server.publish(cast("ProcessImage", careless))
     images = [moment(n).words for n in range(256)]
 

@@ -2,6 +2,7 @@
 
 import threading
 import time
+from dataclasses import replace
 from datetime import timedelta
 
 import depthai as dai
@@ -186,3 +187,15 @@ def test_a_single_sensor_gives_the_newest_picture_and_counts_what_was_left_out()
     assert later.sequence > first.sequence + 10
     assert later.dropped == later.sequence - 1
     assert later.device_us > first.device_us
+
+
+def test_an_exposure_that_reaches_a_lost_camera_is_no_crash():
+    class Lost:
+        def send(self, _):
+            raise RuntimeError("Communication exception: X_LINK_ERROR")
+
+    def cameras(pipeline, more):
+        return replace(Bench()(pipeline, more), controls=(Lost(), Lost()))
+
+    with OakSource(OakCamera(kind="oak"), 1000, cameras) as oak:
+        oak.set_exposure(500.0)

@@ -34,7 +34,7 @@ def picture():
 @pytest.mark.parametrize("subsampling", ["4:4:4", "4:2:0"])
 def test_a_jpeg_header_tells_subsampling_and_quality(picture, quality, subsampling):
     header = read_jpeg_header(jpeg(picture, quality, subsampling))
-    assert header == (3, subsampling == "4:2:0", pytest.approx(quality, abs=1))
+    assert header == (3, subsampling == "4:2:0", pytest.approx(quality, abs=1), picture.shape[1::-1])
 
 
 def test_a_grey_jpeg_has_one_component(picture):

@@ -196,7 +196,7 @@ def test_a_folder_that_is_no_recording_says_what_is_missing(tmp_path):
 
 
 def test_empty_folders_are_refused(tmp_path):
-    with pytest.raises(CameraError, match="hold no PNG or JPEG"):
+    with pytest.raises(CameraError, match="hold no pictures"):
         Recording(write_pictures(tmp_path, []))
 
 

@@ -15,7 +15,7 @@ from appliance.cameras.recording.pictures import PictureRecording
 from appliance.cli import main as cli
 from appliance.simulation.bars.bars import bar_at
 from appliance.simulation.bars.study_scenes import set_up
-from appliance.sizing.reading_rows import READING_FIELDS
+from appliance.sizing.reading_rows import COLUMNS
 
 FRAMES = 3
 SEED = 1
@@ -49,14 +49,17 @@ def test_measure_writes_json_lines_with_the_agreed_keys_and_true_diameters(mill_
     rows = [json.loads(line) for line in output.read_text().splitlines()]
     assert [row["frame"] for row in rows] == list(range(FRAMES))
     for row in rows:
-        assert list(row) == ["frame", *READING_FIELDS, "elapsed_ms"]
+        assert list(row) == list(COLUMNS)
         assert row["valid"] is True
         assert row["reasons"] == []
         assert row["diameter_virtual_board_mm"] == pytest.approx(row["diameter_mm"], abs=0.4)
         assert row["method"] == "tangent"
         assert row["elapsed_ms"] > 0
         assert row["diameter_mm"] == pytest.approx(bar_at(SEED, row["frame"]).diameter_mm, abs=0.3)
-    assert capsys.readouterr() == ("", ""), "a progress bar belongs on a terminal only"
+    out, err = capsys.readouterr()
+    assert out.startswith(f"{FRAMES} of {FRAMES} frames have a value\n")
+    assert out.endswith(f"written to {output}\n")
+    assert err == "", "a progress bar belongs on a terminal only"
 
 
 def test_measure_writes_the_same_as_csv_with_empty_cells_for_no_value(mill_folder, tmp_path):
@@ -307,3 +310,35 @@ def test_check_config_says_what_a_host_serves_and_names_one_that_is_not_known(tm
 def test_registers_refuses_an_option_of_another_format(capsys, words):
     assert cli.main(["registers", *words]) == 2
     assert "give --format" in capsys.readouterr().err
+
+
+def test_exchanged_views_are_named_as_the_likely_cause(mill_folder, tmp_path, capsys):
+    scene = tmp_path / "scene"
+    shutil.copytree(mill_folder / "scene" / "left", scene / "right")
+    shutil.copytree(mill_folder / "scene" / "right", scene / "left")
+    assert measure(scene, mill_folder / "rig.json", tmp_path / "out.csv") == 0
+    said_out = capsys.readouterr().out
+    assert said_out.startswith(f"0 of {FRAMES} frames have a value")
+    assert "likely cause: left and right are exchanged" in said_out
+
+
+def test_readings_are_judged_by_the_settings_and_stamped_by_the_recording(mill_folder, tmp_path, capsys):
+    scene, config = tmp_path / "scene", tmp_path / "gauge.toml"
+    shutil.copytree(mill_folder / "scene", scene)
+    (scene / "timestamps.csv").write_text("frame,left_us,right_us\n0,1000,1001\n1,51000,51002\n2,101000,101001\n")
+    true_mm = bar_at(SEED, 0).diameter_mm
+    wanted = f"target_mm = {true_mm:.2f}\ntolerance_plus_mm = 2.0\ntolerance_minus_mm = 2.0\n"
+    config.write_text(f"[sizing.set_points]\n{wanted}")
+    words = ["measure", str(scene), "--rig", str(mill_folder / "rig.json"), "--config", str(config)]
+    assert cli.main([*words, "--output", str(tmp_path / "out.csv")]) == 0
+    rows = list(csv.DictReader((tmp_path / "out.csv").read_text().splitlines()))
+    assert [row["time_us"] for row in rows] == ["1000", "51000", "101000"]
+    assert rows[0]["decision"] == "in"
+    assert abs(float(rows[0]["deviation_mm"])) < 0.3
+    assert (rows[0]["bar"], rows[0]["bar_number"]) == ("0", "1")
+    assert "decision: in in" in capsys.readouterr().out
+
+
+def test_a_region_that_is_none_is_refused_before_any_work(tmp_path, capsys):
+    assert cli.main(["calibrate", str(tmp_path), "--output", str(tmp_path / "r.json"), "--region", "100", "-100"]) == 2
+    assert "--region: from 100 to -100 is no region" in said(capsys)

@@ -45,11 +45,28 @@ def test_a_picture_is_written_and_its_metrics_are_printed(folder, capsys, words)
     height_mm = re.fullmatch(r"(?:fft|db4), aligned on the plane (\S+) mm above the conveyor", lines[0])
     assert height_mm
     assert float(height_mm[1]) == 90.0 if "--height" in words else 20 < float(height_mm[1]) < 300
-    assert [line.split()[0] for line in lines[2:-1]] == ["H", "SD", "SF", "AG", "FMI", "SCD", "ESSIM"]
+    where = re.fullmatch(r"both cameras see (\d+) % of the left view; metrics of (.+), (.+)", lines[1])
+    assert where
+    (first_column, last_column), (first_row, last_row) = (map(int, re.findall(r"\d+", where[n])) for n in (2, 3))
+    assert [line.split()[0] for line in lines[3:-1]] == ["H", "SD", "SF", "AG", "FMI", "SCD", "ESSIM"]
     fused, left = (cv2.imread(str(folder / name)) for name in ("fused.png", "left.png"))
     assert fused.shape == left.shape
-    cells = lines[3].split()
-    assert float(cells[3]) == pytest.approx(np.std(cv2.cvtColor(fused, cv2.COLOR_BGR2GRAY)), abs=1e-4)
+    cells = lines[4].split()
+    common = cv2.cvtColor(fused, cv2.COLOR_BGR2GRAY)[first_row : last_row + 1, first_column : last_column + 1]
+    assert common.size < 0.99 * fused[:, :, 0].size  # the cameras stand apart: no pair shares the whole picture
+    assert float(cells[3]) == pytest.approx(np.std(common), abs=1e-4)
+
+
+def test_both_aligned_views_and_edges_are_drawn(folder, tmp_path):
+    assert fuse(folder, "left.png", "right.png", "--plot", str(tmp_path / "plots")) == 0
+    drawn = {path.stem: cv2.imread(str(path)) for path in (tmp_path / "plots").iterdir()}
+    assert set(drawn) == {"left", "right_aligned", "pair", "edges"}
+    left, right = (cv2.cvtColor(drawn[name], cv2.COLOR_BGR2GRAY) for name in ("left", "right_aligned"))
+    assert np.array_equal(drawn["pair"][..., 2], left)
+    assert np.array_equal(drawn["pair"][..., 0], right)
+    alone, together = drawn["edges"][..., 2] == 255, drawn["edges"][..., 1] == 255
+    assert min(alone.sum(), together.sum()) > 500
+    assert (alone & together).sum() > 0.3 * alone.sum()  # the bar's own edges stay where they were
 
 
 @pytest.mark.parametrize(

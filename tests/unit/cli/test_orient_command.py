@@ -50,15 +50,26 @@ def test_every_frame_and_every_ingot_is_a_row_with_the_agreed_keys(recording, re
     assert not frames[ingot["first_frame"] - 1]["present"]
 
 
-def test_csv_has_the_same_rows_as_json_lines(recording, recordings, tmp_path):
+def test_csv_has_the_same_rows_as_json_lines_frames_and_ingots_each_in_a_file(recording, recordings, tmp_path, capsys):
     for name in ("out.jsonl", "out.csv"):
         orient(recording, recordings / "ingot_line", tmp_path / name)
-    with (tmp_path / "out.csv").open(newline="") as file:
-        lines = list(csv.DictReader(file))
-    for ours, theirs in zip(lines, rows(tmp_path / "out.jsonl"), strict=True):
-        for key, value in theirs.items():
-            text = ";".join(value) if isinstance(value, list) else "" if value is None else str(value)
-            assert ours[key] == (text.lower() if isinstance(value, bool) else text)
+    assert "  1 ingots: 0 top, 1 bottom, 0 undecided" in capsys.readouterr().out
+    for name, key, keys in (("out.csv", "frame", FRAME_KEYS), ("out-ingots.csv", "ingot", INGOT_KEYS)):
+        with (tmp_path / name).open(newline="") as file:
+            lines = list(csv.DictReader(file))
+        wanted = [row for row in rows(tmp_path / "out.jsonl") if key in row]
+        assert list(lines[0]) == keys
+        for ours, theirs in zip(lines, wanted, strict=True):
+            for column, value in theirs.items():
+                text = ";".join(value) if isinstance(value, list) else "" if value is None else str(value)
+                assert ours[column] == (text.lower() if isinstance(value, bool) else text)
+
+
+def test_ingots_in_csv_replace_no_file_that_is_read(recording, recordings, tmp_path, capsys):
+    references = tmp_path / "references-ingots.csv"
+    references.mkdir()
+    assert orient(recording, references, tmp_path / "references.csv") == 2
+    assert "would be lost" in capsys.readouterr().err
 
 
 def test_the_sources_classifiers_can_be_chosen(recording, recordings, tmp_path):

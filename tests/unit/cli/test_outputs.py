@@ -93,3 +93,37 @@ def test_settings_with_a_byte_order_mark_are_read(tmp_path, capsys):
     config.write_bytes(b"\xef\xbb\xbf[plc]\nport = 5021\n")
     assert cli.main(["check-config", str(config)]) == 0
     assert "plc.port = 5021" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["measure", "rec", "--rig", "rig.json", "--output", "absent/out.csv"],
+        ["calibrate", "rec", "--output", "absent/rig.json"],
+        ["calibrate", "rec", "--output", "."],
+        ["orient", "rec/left", "--references", "rec", "--output", "absent/out.csv"],
+        ["verify", "rec", "--rig", "rig.json", "--diameter", "250", "--output", "absent/page.pdf"],
+        ["fuse", "rec/left/000000.jpg", "rec/right/000000.jpg", "--rig", "rig.json", "--output", "absent/out.png"],
+    ],
+)
+def test_an_output_that_cannot_be_written_is_named_before_any_work(recording, words, capsys, monkeypatch):
+    monkeypatch.chdir(recording)
+    assert cli.main(words) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("hotgauge: --output: ")
+    assert "there is no folder absent; make it" in said or "is a folder; give the name of a file in it" in said
+
+
+def test_a_certificate_never_replaces_the_rig_that_it_is_about(recording, capsys, monkeypatch):
+    monkeypatch.chdir(recording)
+    (recording / "rig.html").write_text("a calibration under a strange name")
+    words = ["verify", "rec", "--rig", "rig.html", "--diameter", "250", "--output", "rig.html"]
+    assert cli.main(words) == 2
+    assert "would be lost" in capsys.readouterr().err
+
+
+def test_a_model_never_replaces_a_rig_by_its_record(recording, capsys, monkeypatch):
+    monkeypatch.chdir(recording)
+    assert cli.main(["train-edges", "--output", "rig.npz"]) == 2
+    assert "rig.json: would be replaced" in capsys.readouterr().err
+    assert (recording / "rig.json").read_text() == "a calibration"

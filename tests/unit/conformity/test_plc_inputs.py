@@ -13,6 +13,7 @@ import pytest
 from appliance.cli.gauge.serve import welcome
 from appliance.conformity import plc_inputs as kept_module
 from appliance.conformity.plc_inputs import FILE_NAME, PlcInputs, PlcInputsError, read, write
+from appliance.diagnostics.fault_table import FAULTS
 from appliance.supervisor.settings import PlcSettings, Settings, state_folder
 
 WRITTEN = {"target_diameter": 26550, "product_id": 0x12345678, "steel_temperature": 1050, "hold": True}
@@ -203,3 +204,35 @@ def test_an_absent_file_is_nothing_written_and_a_folder_in_its_place_is_trouble(
 def test_the_file_can_be_read_by_people(tmp_path):
     write(tmp_path / FILE_NAME, WRITTEN)
     assert json.loads((tmp_path / FILE_NAME).read_text()) == WRITTEN
+
+
+@pytest.mark.parametrize("content", [b"", b"{"])
+def test_a_fault_of_lost_set_points_ends_even_if_the_plc_writes_nothing_but_zeros(tmp_path, reports, content):
+    (tmp_path / FILE_NAME).write_bytes(content)
+
+    async def scenario() -> None:
+        inputs = loaded(tmp_path, reports)
+        keeping = asyncio.create_task(inputs.keep())
+        await asyncio.sleep(0.2)
+        keeping.cancel()
+
+    asyncio.run(scenario())
+    assert reports["set_points_unreadable"] == ""
+    assert read(tmp_path / FILE_NAME) == {}
+    assert next(row for row in FAULTS if row.name == "set_points_unreadable").latching, "seen until acknowledged"
+
+
+@pytest.mark.parametrize(("later", "held"), [("all", True), ("tls", False), ("all 10.0.0.5", False)])
+def test_a_hold_comes_back_only_where_those_who_began_it_can_release_it(tmp_path, reports, later, held):
+    before = PlcInputs(tmp_path, reports.__setitem__, rights="all")
+    before.add({"hold": True, "target_diameter": 26550})
+    asyncio.run(before.save())
+    after = PlcInputs(tmp_path, reports.__setitem__, rights=later)
+    after.load()
+    assert after.held == held
+    assert after.points.target_mm == pytest.approx(265.5)
+    assert set(after.written) <= {"hold", "target_diameter"}
+    asyncio.run(after.save())
+    again = PlcInputs(tmp_path, reports.__setitem__, rights="all")
+    again.load()
+    assert again.held == held, "a hold that was dropped does not come back with the rights"

@@ -225,3 +225,29 @@ def test_a_shelved_alarm_can_be_taken_back_and_an_unknown_one_is_named():
     assert shown(alarms, {"camera_lost"}, 1.0) == BIT["alarm_camera"]
     with pytest.raises(ValueError, match="alarm_x"):
         alarms.shelve("alarm_x", 1.0)
+
+
+def test_while_held_nobody_acknowledges_what_nobody_sees():
+    alarms = Alarms()
+    shown(alarms, {"camera_lost"}, 0.0)
+    assert shown(alarms, set(), 5.0, suppressed=True) == 0
+    alarms.acknowledge()
+    assert shown(alarms, set(), 10.0) == BIT["alarm_camera"]
+    alarms.acknowledge()
+    assert alarms.word == 0
+
+
+@pytest.mark.parametrize("step_s", [0.05, 0.25])
+def test_a_cause_that_flips_in_the_step_after_a_transition_waits_its_whole_delay_anew(step_s):
+    row, alarms, now_s = rows("alarm_low_trust"), Alarms(), 0.0
+    while not shown(alarms, {"low_trust"}, now_s):
+        now_s += step_s
+    alarms.acknowledge()
+    gone_s = now_s + step_s
+    assert shown(alarms, set(), gone_s) == BIT[row.name]
+    assert shown(alarms, set(), gone_s + row.off_delay_s - 0.01) == BIT[row.name]
+    assert shown(alarms, set(), gone_s + row.off_delay_s + 0.01) == 0
+    again_s = gone_s + row.off_delay_s + 0.02
+    assert shown(alarms, {"low_trust"}, again_s) == 0
+    assert shown(alarms, {"low_trust"}, again_s + row.on_delay_s - 0.01) == 0
+    assert shown(alarms, {"low_trust"}, again_s + row.on_delay_s + 0.01) == BIT[row.name]

@@ -176,7 +176,7 @@ def test_no_value_is_a_quiet_nan_and_the_reserved_integers(nothing):
 
 def test_nothing_at_all_gives_no_value_everywhere_and_never_zero_for_a_measurement():
     values = decode(words_of(encode({})))
-    assert values["map_version"] == 4
+    assert values["map_version"] == 5
     assert values["sequence"] == values["validity"] == values["alarm_word"] == 0
     measured = [row for row in BLOCK if row.unit and row.constant is None]
     assert [row.name for row in measured if values[row.name] is not None] == []
@@ -266,7 +266,12 @@ def test_what_is_encoded_is_decoded_in_either_word_order(values, word_order):
 
 
 def all_decoded(image: ProcessImage, word_order: str) -> dict[str, float | int | None]:
-    contents = {"measurement": image.words, "reading_ring": image.reading_ring, "ingot_ring": image.ingot_ring}
+    contents = {
+        "measurement": image.words,
+        "reading_ring": image.reading_ring,
+        "ingot_ring": image.ingot_ring,
+        "bars": image.bars,
+    }
     decoded = {}
     for block, data in contents.items():
         words = struct.unpack(f">{len(data) // 2}H", data)

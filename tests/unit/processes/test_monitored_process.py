@@ -111,3 +111,23 @@ def test_a_keeper_that_is_cancelled_as_a_message_arrives_is_cancelled():
         return ended
 
     assert asyncio.run(run())
+
+
+def test_new_settings_end_the_process_without_any_failure(environment, tmp_path):
+    (tmp_path / "reading").write_bytes(b"")
+    environment.setenv("BLINKING_STATION", str(tmp_path / "reading"))
+    environment.setenv("PYTHONPATH", STATION_PATH)
+    environment.setattr(keeper, "_listen", lambda *_: asyncio.sleep(60, ""))
+    told: list[Health] = []
+
+    async def run() -> None:
+        kept = MonitoredProcess("blinking_station", "{}", MESSAGES, lambda _: None, told.append)
+        task = asyncio.create_task(kept.run())
+        await asyncio.sleep(0.5)
+        kept.renew("{}")
+        await asyncio.sleep(0.5)
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+
+    asyncio.run(run())
+    assert told == [Health("renewing", ended=True)]

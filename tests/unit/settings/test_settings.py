@@ -197,3 +197,20 @@ def test_the_bounds_in_the_table_are_the_bounds_that_hold(tmp_path, row):
     too_low = float(lower) if "above" in row.allowed else number(lower) - 1
     for outside in (number(upper) + 1, too_low):
         assert row.allowed in sentence(tmp_path, f"{head}{name} = {outside}")
+
+
+@pytest.mark.parametrize(
+    ("text", "advice"),
+    [
+        ("[judging]\ntolerance_mm = 0.5", "did you mean sizing.set_points.tolerance_"),
+        ("[plc]\nprot = 5020", "did you mean plc.port?"),
+        ("[judging]\ntrust_mim = 5", "did you mean judging.trust_min?"),
+        ("[plc]\nzzz = 1", "known here: plc.connections_max"),
+    ],
+)
+def test_a_key_that_is_not_known_gets_the_one_that_was_meant_or_none(tmp_path, text, advice):
+    file = tmp_path / "gauge.toml"
+    file.write_text(text)
+    with pytest.raises(SettingsError) as refused:
+        load(file)
+    assert advice in str(refused.value)

@@ -31,9 +31,17 @@ def test_virtual_boards_are_measured_and_drawn(line):
     header, *rows = output.read_text().splitlines()
     assert len(rows) == 3
     assert "diameter_virtual_board_mm" in header
-    pictures = [cv2.imread(str(path)) for path in sorted(plots.glob("*.png"))]
-    assert len(pictures) >= 2
-    assert all(picture.std() > 5 for picture in pictures)
+    pictures = {path.stem: cv2.imread(str(path)) for path in sorted(plots.glob("*.png"))}
+    assert all(picture.std() > 5 for picture in pictures.values())
+    assert {"frames", "alignment", "boundaries_000000", "alignment_000000"} <= set(pictures)
+    green = (np.abs(pictures["boundaries_000000"].astype(int) - (60, 220, 60)) < 3).all(axis=2)
+    rows, columns = np.nonzero(green)
+    middle = columns.mean()
+    assert len(np.unique(rows)) > 0.8 * len(green)  # an edge point in most rows, on both sides of the bar
+    assert min((columns < middle).sum(), (columns > middle).sum()) > 0.3 * len(green)
+    both = pictures["alignment_000000"].astype(int)
+    bright = both.max(axis=2) > 120
+    assert np.abs(both[..., 2] - both[..., 0])[bright].mean() < 60  # on the plane of the bar red and cyan make grey
 
 
 @pytest.mark.parametrize(
@@ -73,3 +81,17 @@ def test_a_conveyor_without_any_bar_is_drawn_too(tmp_path):
     words = ["measure", str(tmp_path / "thermal"), "--method", "conveyor", "--barrier-mm", "500"]
     assert cli.main([*words, "--output", str(tmp_path / "x.csv"), "--plot", str(tmp_path / "plots")]) == 0
     assert len(list((tmp_path / "plots").iterdir())) == 2
+
+
+def test_the_served_method_is_drawn_with_its_uncertainty_its_decisions_and_its_parts(line, tmp_path):
+    config = tmp_path / "wanted.toml"
+    config.write_text("[sizing.set_points]\ntarget_mm = 100\ntolerance_plus_mm = 1\ntolerance_minus_mm = 1\n")
+    plots = tmp_path / "plots"
+    options = ["--config", str(config), "--plot", str(plots)]
+    assert measure(line, "--output", str(tmp_path / "t.csv"), *options) == 0
+    pictures = {path.name: cv2.imread(str(path)).astype(int) for path in plots.iterdir()}
+    assert pictures.keys() == {"diameter.png", "uncertainty.png"}
+    out_of_tolerance = (np.abs(pictures["diameter.png"] - (0x00, 0x5E, 0xD5)) < 3).all(axis=2)
+    assert out_of_tolerance.sum() > 50
+    print_of_the_board = (np.abs(pictures["uncertainty.png"] - (0x73, 0x9E, 0x00)) < 3).all(axis=2)
+    assert print_of_the_board.sum() > 1000

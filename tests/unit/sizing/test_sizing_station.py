@@ -195,3 +195,17 @@ def test_edges_that_stay_overexposed_are_a_fault_with_an_exposure_to_try_or_are_
     control = ExposureGuard(settings.model_copy(update={"control": True}), adjustable=True)
     assert not sizing._exposure_faults(control, over, pair, camera)
     assert camera.exposure_us == 400
+
+
+def test_a_rig_that_is_replaced_while_a_camera_is_away_waits_for_a_reload(start, recording, rig, tmp_path):
+    used = tmp_path / "used.json"
+    save_rig(load_rig(rig), used)
+    picture = recording / "right" / "000001.png"
+    whole = picture.read_bytes()
+    station = start(rig=used, camera=camera(recording, rate_hz=0))
+    before = station.hear_until(ReadingMessage).reading.diameter_mm
+    used.write_text("a recalibration that nobody has judged yet")
+    picture.write_bytes(whole[:3000])
+    assert station.hear_until(StateMessage).fault == "camera_lost"
+    picture.write_bytes(whole)
+    assert station.hear_until(ReadingMessage).reading.diameter_mm == pytest.approx(before, abs=10.0)

@@ -12,13 +12,14 @@ from plc_view import Values, has_none, has_value, look, look_at_bits, wait_for
 from rehearsal import Rehearsal, rehearsing
 
 from appliance.conformity.plc_inputs import FILE_NAME
+from appliance.diagnostics.fault_table import FAULTS
 from appliance.processes import monitored_process as keeper
 from appliance.processes.message import StateMessage
 from appliance.supervisor.settings import Settings
 from appliance.supervisor.supervisor import Supervisor
-from plc.codes import DeviceState
+from plc.codes import Decision, DeviceState
 from plc.process_image import decode
-from plc.registers import READING_RING, SET_POINTS
+from plc.registers import READING_RING, REGISTERS, SET_POINTS
 from vision.reasons import Reason
 
 
@@ -319,9 +320,11 @@ def test_set_points_that_are_lost_are_maintenance_and_not_the_end(rehearsal, tmp
     rehearsal.start()
     with rehearsal.connect() as wire:
         wait_for(wire, has_value, 5)
-        assert "set_points_unreadable" in rehearsal.supervisor._faults.active
-        set_points(wire, 26550)
-        assert eventually(lambda: not rehearsal.supervisor._faults.active, 2)
+        bit = 1 << next(row.bit for row in FAULTS if row.name == "set_points_unreadable")
+        assert eventually(lambda: not rehearsal.supervisor._faults.active, 3), "the file is there again"
+        assert look(wire)["fault_word"] & bit, "until somebody has seen it"
+        acknowledge(wire)
+        assert eventually(lambda: not look(wire)["fault_word"] & bit, 1)
 
 
 def test_a_folder_that_cannot_be_written_is_maintenance_and_set_points_still_count(rehearsal, tmp_path):
@@ -364,3 +367,41 @@ def test_of_two_reloads_the_later_one_wins_and_an_error_of_any_kind_is_a_fault(r
     rehearsal.reload(broken)
     first.join()
     assert rehearsal.supervisor._faults.active & {"settings_unusable"}
+
+
+def test_a_request_that_writes_and_reads_answers_with_what_its_writing_has_changed(wire):
+    wait_for(wire, has_value, 5)
+    place = next(row.address for row in REGISTERS if row.name == "decision" and "input" in row.tables)
+    for target, decision in ((22500, Decision.IN), (30000, Decision.OUT), (0, Decision.NONE)):
+        request = struct.pack(">BHHHHBHHH", 23, place, 1, SET_POINTS.start, 3, 6, target, 5000, 5000)
+        answer = wire.ask(request)
+        assert answer[:2] == bytes((23, 2))
+        assert int.from_bytes(answer[2:]) == decision
+
+
+def test_a_computer_that_has_slept_serves_no_reading_from_before(rehearsal, wire):
+    wait_for(wire, has_value, 5)
+    rehearsal.tell("be silent")
+    asleep = iter([3600.0])
+    rehearsal.supervisor._sleep._boot = lambda: time.monotonic() + next(asleep, 3600.0)
+    assert eventually(lambda: has_none(look(wire)), 0.3), "0.8 s before the reading would be stale"
+
+
+def test_a_reload_is_no_failure_and_a_rig_that_was_replaced_is_read(rehearsal, wire, tmp_path):
+    wait_for(wire, has_value, 5)
+    rig = tmp_path / "rig.json"
+    rig.write_text("one")
+    sizing = rehearsal.settings.sizing.model_copy(update={"rig": rig})
+    settings = rehearsal.settings.model_copy(update={"sizing": sizing})
+    for renews in (True, False, True):
+        rehearsal.reload(lambda: settings)
+        seen = []
+        while len(seen) < 20 or (renews and not has_none(seen[-1]) and len(seen) < 200):
+            seen.append(look(wire))
+            time.sleep(0.02)
+        assert any(has_none(one) for one in seen) == renews
+        assert not any(one["alarm_word"] for one in seen)
+        assert max(one["device_state"] for one in seen) <= DeviceState.FUNCTION_CHECK
+        wait_for(wire, has_value, 10)
+        if not renews:
+            rig.write_text("another")

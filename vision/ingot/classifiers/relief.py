@@ -1,9 +1,10 @@
-"""Relief of an ingot's end, judged by a small convolutional network that has seen rendered faces alone.
+"""Relief of an ingot's end beside that of its line's references, judged by a small convolutional network.
 
-The network is given what is left of the logarithm of grey values once slow changes of light are taken out, and a mask
-from which glare and clipped pixels are left out: it sees wrinkles, flakes and scratches, and neither brightness nor
-exposure. Training drew every blemish on tops and bottoms alike (`python -m appliance.training.ingot_relief`), so
-that nothing but wrinkled skin tells one from the other.
+The network is given what is left of the logarithm of grey values once slow changes of light are taken out, the same
+less its mean alone, and a mask from which glare and clipped pixels are left out. It sees wrinkles, flakes, scratches
+and rims, and no exposure. What it finds in an end is compared with what it finds in both references. It has been
+trained on rendered lines alone, with every blemish on tops and bottoms alike (`appliance/training/ingot_relief.py`),
+so that nothing but wrinkled skin tells one from the other.
 """
 
 from functools import cache
@@ -25,12 +26,15 @@ CLIPPED_CODE = 250  # from here a pixel says nothing of relief: glare, or overex
 FACE_RADIUS = 0.95  # chosen, of the end's radius: outside lies the line
 SLOW_PX = 6.0  # standard deviation of the Gaussian beyond whose width changes of light are slow
 LEAST_COVER = 0.02  # chosen: least weight of a mean of light around a pixel
-SCALE = 8.0  # brings the relief's logarithms near 1
+GLARE_PX = 3  # chosen: rows and columns around a clipped pixel that its glare has brightened
+RELIEF_SCALE, LEVEL_SCALE = 8.0, 3.0  # bring both logarithms near 1
+PLANES = 3
 STRIDE = 2
-CONVOLUTIONS = 3
+CONVOLUTIONS = 4
 
 _across = (np.arange(SIZE) - (SIZE - 1) / 2) / (SIZE / 2)
 _disc = (np.hypot(_across[:, None], _across) < FACE_RADIUS).astype(np.float32)
+_glare = np.ones((GLARE_PX, GLARE_PX), np.uint8)
 
 
 def relief(image: Picture) -> Plane:
@@ -43,14 +47,17 @@ def relief(image: Picture) -> Plane:
 
     Returns
     -------
-    ndarray of float32, shape (64, 64, 2)
-        Relief, and the mask of pixels that show any.
+    ndarray of float32, shape (64, 64, 3)
+        Relief, level over the end's mean, and the mask of pixels that show any.
     """
     light = np.log(image.astype(np.float32) + np.float32(DARK_CODE))
-    mask = _disc * (image < CLIPPED_CODE)
+    clipped = cv2.dilate((image >= CLIPPED_CODE).astype(np.uint8), _glare)
+    mask = _disc * (1 - clipped)
     cover = np.maximum(cv2.GaussianBlur(mask, (0, 0), SLOW_PX), np.float32(LEAST_COVER))
     slow = cv2.GaussianBlur(light * mask, (0, 0), SLOW_PX) / cover
-    return np.stack([np.float32(SCALE) * (light - slow) * mask, mask], axis=-1).astype(np.float32)
+    mean = (light * mask).sum() / max(float(mask.sum()), 1.0)
+    planes = [np.float32(RELIEF_SCALE) * (light - slow) * mask, np.float32(LEVEL_SCALE) * (light - mean) * mask, mask]
+    return np.stack(planes, axis=-1).astype(np.float32)
 
 
 @cache
@@ -59,13 +66,22 @@ def _layers() -> Layers:
         return [(model[f"W{number}"], model[f"b{number}"]) for number in range(CONVOLUTIONS + 2)]
 
 
-def log_odds_of(image: Picture) -> float:
-    """Natural logarithm of the odds of a top against a bottom."""
-    (*convolutions, hidden, last), values = _layers(), relief(image)
-    for weights, bias in convolutions:
+def found(image: Picture, layers: Layers) -> Plane:
+    """What the convolutions find in an end: mean and maximum of each of their last planes.
+
+    Parameters
+    ----------
+    image : ndarray of uint8, shape (64, 64)
+    layers : list of (weights, bias)
+
+    Returns
+    -------
+    ndarray of float32, shape (n,)
+    """
+    values = relief(image)
+    for weights, bias in layers[:CONVOLUTIONS]:
         values = _convolved(values, weights, bias)
-    pooled = np.concatenate([values.mean(axis=(0, 1)), values.max(axis=(0, 1))])
-    return float((np.maximum(pooled @ hidden[0] + hidden[1], 0) @ last[0] + last[1])[0])
+    return np.concatenate([values.mean(axis=(0, 1)), values.max(axis=(0, 1))])
 
 
 def _convolved(values: Plane, weights: Plane, bias: Plane) -> Plane:
@@ -82,18 +98,28 @@ def _convolved(values: Plane, weights: Plane, bias: Plane) -> Plane:
 
 
 class ReliefOdds(FaceClassifier):
-    """Odds that an end is a top, from its relief alone.
+    """Odds that an end is a top, from its relief and that of two references.
 
     Parameters
     ----------
     top, bottom : ndarray of uint8, shape (64, 64)
-        References, which the network does without.
+        References.
+    layers : list of (weights, bias), optional
+        Of the network; the one that is shipped by default.
     """
 
-    def __init__(self, top: Picture, bottom: Picture) -> None:
-        """Nothing of the references is needed; the network is loaded with the first face."""
+    def __init__(self, top: Picture, bottom: Picture, layers: Layers | None = None) -> None:
+        self._network = layers or _layers()
+        self._top, self._bottom = (found(reference, self._network) for reference in (top, bottom))
+
+    def log_odds(self, image: Picture) -> float:
+        """Natural logarithm of the odds of a top against a bottom."""
+        hidden, last = self._network[CONVOLUTIONS:]
+        end = found(image, self._network)
+        compared = np.concatenate([end, end - self._top, end - self._bottom])
+        return float((np.maximum(compared @ hidden[0] + hidden[1], 0) @ last[0] + last[1])[0])
 
     def judge(self, face: Face) -> Verdict:
         """Top where the odds are in its favour."""
-        log_odds = log_odds_of(face.image)
+        log_odds = self.log_odds(face.image)
         return Verdict("top" if log_odds > 0 else "bottom", log_odds)

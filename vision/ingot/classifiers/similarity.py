@@ -30,6 +30,41 @@ class Exponents(NamedTuple):
 
 ONES = Exponents()
 
+_across = (np.arange(SIZE) - (SIZE - 1) / 2) / (SIZE / 2)
+_circle = (np.hypot(_across[:, None], _across) <= 1).astype(np.uint8)
+
+
+class Comparison(NamedTuple):
+    """How an end is compared with the references.
+
+    Attributes
+    ----------
+    exponents : Exponents
+        Of eq. 6.1.
+    circular : bool
+        Whether everything outside the end's circle is black in both pictures (figures 6.10 and 6.11); else the square
+        is compared.
+    threshold : float
+        Of the classifier "single": a top is more similar than that to the reference top.
+    """
+
+    exponents: Exponents = ONES
+    circular: bool = False
+    threshold: float = 0.75
+
+
+USUAL_COMPARISON = Comparison()
+
+
+def circular(picture: Picture) -> Picture:
+    """A picture that is black outside the circle that touches its sides.
+
+    Parameters
+    ----------
+    picture : ndarray of uint8, shape (64, 64)
+    """
+    return np.asarray(picture * _circle, np.uint8)
+
 
 def as_reference(picture: Picture) -> Picture:
     """A picture as it is compared: grey, 64 x 64.

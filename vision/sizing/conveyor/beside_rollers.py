@@ -8,7 +8,9 @@ from vision.edges.subpixel import Crossings
 
 Array = NDArray[np.float64]
 
-BESIDE_OFFSETS_PX = np.arange(-13.0, -2.5, 0.5)  # on the conveyor, clear of the barrier's blur
+BESIDE_OFFSETS_PX = np.arange(-43.0, -2.5, 0.5)  # on the conveyor, clear of the barrier's blur
+STRIP_SAMPLES = 20  # chosen: 10 px; the first strip may be the gap beside the rollers' ends
+DARK_SHARE = 0.5  # chosen: a strip whose light beside the barrier rises by half the barrier's step shows a bar
 CHANGED_SHARE = 0.03  # chosen: of the barrier's step, by which light beside it changes along the line over rollers
 SMOOTHED_ROWS = 9  # chosen: rows over which levels are averaged, so that noise moves no minimum
 SMOOTHED_SAMPLES = 5  # chosen: and samples, 1.25 px
@@ -33,9 +35,16 @@ def rollers_show(beside: Array, step: float) -> bool:
         return False
     smooth = ndimage.uniform_filter1d(beside, SMOOTHED_ROWS, axis=0)
     place = np.linspace(-1, 1, len(smooth))
-    along = smooth.mean(axis=1)
-    along = along - np.polyval(np.polyfit(place, along, 1), place)
-    return bool(np.ptp(np.percentile(along, [10, 90])) > CHANGED_SHARE * step)
+    darkest = float(np.median(smooth, axis=0).min())
+    for first in range(0, beside.shape[1] - STRIP_SAMPLES + 1, STRIP_SAMPLES):
+        strip = smooth[:, first : first + STRIP_SAMPLES]
+        if float(np.median(strip, axis=0).max()) - darkest > DARK_SHARE * step:
+            continue
+        along = strip.mean(axis=1)
+        along = along - np.polyval(np.polyfit(place, along, 1), place)
+        if np.ptp(np.percentile(along, [10, 90])) > CHANGED_SHARE * step:
+            return True
+    return False
 
 
 def crossings_beside_rollers(profile: Array, offsets_px: Array) -> Crossings:

@@ -26,12 +26,17 @@ UNKNOWN_HEIGHT_MM, U_UNKNOWN_HEIGHT_MM = 50.0, 35.0  # height of the edge that i
 U_TILT_RAD = np.radians(5.0) / np.sqrt(3)  # of a camera that was pointed along the line by eye, within 5 degrees
 # Bounds of the fit of a barrier's foot: place px, slope px, light of face and of top, level of the conveyor.
 LEAST_FOOT_VALUES, MOST_FOOT_VALUES = (-6.0, -2.0, 0.0, 0.0, -0.1), (3.0, 2.0, 2.0, 2.0, 0.1)
+LEAST_U_ACROSS_SHARE = 0.005  # chosen: of W, least doubt in the camera's place while its height is fitted
 MOST_ACROSS_SHARE = 0.45  # chosen: a camera that sees both inner faces hangs at most 45 % of W off the middle
 MOST_FACTOR = 2.0  # chosen: the fit may change the distance of a barrier's two edges by this factor
+LEAST_STEP_SHARE = 0.15  # chosen: with a weaker second step of light nobody can say which edge the other one is
+MOST_MISFIT_RATIO = 1.35  # chosen: own lines' misfit falls by less when the faces' width is fitted as well
 RESOLVED_BLURS = 1.0  # chosen: a face narrower than the blur looks like one step with more blur, and is not fitted
 PROFILE_NOISE = 0.002  # chosen: noise of mean profiles, over full scale
 CORRELATED_SAMPLES = 1 / 0.25  # samples per pixel: neighbours share their noise
 BAND_COUNT = 12  # chosen: bands of rows whose mean profiles are fitted
+U_BARRIER_HEIGHT_MM, U_CAMERA_HEIGHT_MM = 1.0, 10.0  # chosen: of heights measured with a tape
+DISAGREE_SIGMAS = 3.0  # chosen: faces whose camera height is further off, in standard uncertainties, are no walls
 DARK_OFFSET_PX = 5.0  # chosen: this far inwards of a barrier's edge a pixel surely shows the conveyor
 
 
@@ -200,7 +205,7 @@ def conveyor_view(
     u_across = view.u_across_mm / reference.spacing_mm
     part = top_mm / (view.camera_height_mm - top_mm)
     feet = _feet(barriers, part, across, u_across, free=reference.camera_height_mm is None)
-    if feet.face_px < RESOLVED_BLURS * feet.blur_px:
+    if feet.face_px < RESOLVED_BLURS * feet.blur_px or feet.weaker_step < LEAST_STEP_SHARE:
         view = _of_lines(barriers, barriers.lines, reference, top_mm / 2, focal_share)
         return replace(view, u_plane_mm=top_mm / np.sqrt(12))
     view = replace(_of_lines(barriers, feet.lines, reference, 0.0, focal_share), u_width_px=feet.u_width_px)
@@ -208,6 +213,48 @@ def conveyor_view(
         view = replace(view, above_plane_mm=top_mm * (1 + 1 / feet.part), u_height=feet.u_part)
     across_mm, u_across_mm = (share * reference.spacing_mm for share in (feet.across, feet.u_across))
     return replace(view, across_mm=across_mm, u_across_mm=u_across_mm)
+
+
+def faces_disagree(barriers: Barriers, reference: ConveyorReference, view: ConveyorView) -> bool:
+    """Whether the barriers' faces are too narrow or too wide for walls of that height, seen by that camera.
+
+    A face that reaches down to the conveyor tells the camera's height. That of a barrier that hangs shows narrower, as
+    from a higher camera; so does that of a barrier which is lower than was said.
+
+    Parameters
+    ----------
+    barriers : Barriers
+    reference : ConveyorReference
+    view : ConveyorView
+        As `conveyor_view` gives it.
+
+    Returns
+    -------
+    bool
+        False where the faces were not fitted: then the barriers' edges are taken to be at any height.
+    """
+    top_mm = reference.barrier_height_mm
+    if top_mm is None or view.u_width_px == 0:
+        return False
+    if reference.camera_height_mm is not None:
+        part = top_mm / (reference.camera_height_mm - top_mm)
+        place, u_place = (value / reference.spacing_mm for value in (view.across_mm, view.u_across_mm))
+        told, feet = (
+            _feet(barriers, part, place, max(u_place, LEAST_U_ACROSS_SHARE), free=free) for free in (False, True)
+        )
+        if told.misfit > MOST_MISFIT_RATIO * feet.misfit:
+            return True
+        seen_mm, u_seen = top_mm * (1 + 1 / feet.part), feet.u_part
+        low_mm = high_mm = reference.camera_height_mm
+    else:
+        seen_mm, u_seen = view.camera_height_mm, view.u_height
+        shares = [FOCAL_SHARE + sign * np.sqrt(3) * U_FOCAL_SHARE for sign in (-1, 1)]
+        low_mm, high_mm = (
+            _of_lines(barriers, barriers.lines, reference, 0.0, share).camera_height_mm for share in shares
+        )
+    known = [seen_mm * u_seen, seen_mm * U_BARRIER_HEIGHT_MM / top_mm, U_CAMERA_HEIGHT_MM]
+    most_mm = DISAGREE_SIGMAS * float(np.linalg.norm(known))
+    return not low_mm - most_mm <= seen_mm <= high_mm + most_mm
 
 
 def _of_lines(
@@ -241,7 +288,8 @@ class _Feet:
     """Lines of the inner faces' feet, and the camera's place by the faces' widths, with standard uncertainties.
 
     The faces together are `part` of the barriers' distance wide; `across` is the place of the middle between the
-    barriers from straight below the camera, over their distance. `face_px` is the mean width of a face.
+    barriers from straight below the camera, over their distance. `face_px` is the mean width of a face,
+    `weaker_step` the weaker of a barrier's two steps of light over their sum, on the side where it is weaker.
     """
 
     lines: Array
@@ -252,6 +300,8 @@ class _Feet:
     u_across: float
     face_px: float
     blur_px: float
+    weaker_step: float
+    misfit: float
 
 
 def _feet(barriers: Barriers, part: float, across: float, u_across: float, *, free: bool) -> _Feet:
@@ -289,6 +339,8 @@ def _feet(barriers: Barriers, part: float, across: float, u_across: float, *, fr
         u_across=u_place,
         face_px=float(found.x[0]) * float(np.mean([side.apart_px.mean() for side in sides])) / 2,
         blur_px=float(found.x[2]),
+        weaker_step=min(float(min(one) / (sum(one) or 1.0)) for one in found.x[common:].reshape(2, n)[:, 2:4].tolist()),
+        misfit=float(found.cost),
     )
 
 

@@ -20,10 +20,13 @@ from vision.reasons import Reason
 from vision.sizing.conveyor.barriers import Barriers, across, crossed_columns, find_barriers, grey_light
 from vision.sizing.conveyor.camera_view import (
     FOCAL_SHARE,
+    U_BARRIER_HEIGHT_MM,
+    U_CAMERA_HEIGHT_MM,
     U_FOCAL_SHARE,
     ConveyorReference,
     ConveyorView,
     conveyor_view,
+    faces_disagree,
 )
 from vision.sizing.limits import CLIPPED_MOST_SHARE, COVERED_SHARE, FIRST_BLUR_PX
 
@@ -44,7 +47,6 @@ LINE_DISTANCE_PX = 1.0  # chosen: a row whose edge lies further off the bar's st
 # Budget (docs/methods/conveyor.md), standard uncertainties, all chosen:
 U_EDGE_PX = 0.02  # of a whole limb or barrier: blur and halo that are not alike on both sides
 U_SPACING_SHARE = 0.0005  # of W, relative
-U_BARRIER_HEIGHT_MM, U_CAMERA_HEIGHT_MM = 1.0, 10.0  # of heights measured with a tape
 INTERVAL_95 = (0.025, 0.975)
 LAW_PARTS = 16  # equally probable parts of the law of an assumed quantity (JCGM 101)
 CLIPPED_LIGHT = (CLIPPED_CODE - 0.5) / 255  # linear light of an overexposed point: from code value 250 on
@@ -116,6 +118,7 @@ class ConveyorGauge:
             self._view = conveyor_view(self.barriers, reference)
             self._changed = _changed_views(self.barriers, reference, self._view)
             self._assumed = _assumed_views(self.barriers, reference, self._view)
+            self._faces_disagree = faces_disagree(self.barriers, reference, self._view)
             self._barriers_px = float(self.barriers.width_px(np.array([len(self._empty) / 2]))[0])
 
     def measure(self, picture: NDArray[np.uint8]) -> SizeReading:
@@ -131,8 +134,10 @@ class ConveyorGauge:
         SizeReading
             Without a value: `edge_not_found` (with `barrier_hidden` or `barrier_bent` where it is a barrier's),
             `no_bar`, `several_bars`, `bar_too_short`, `edges_clipped`, `no_windows`; `camera_moved` when a barrier
-            stands more than `CAMERA_MOVED_PX` from its place in the empty pictures. `edge_not_found` comes with
-            `darker_than_line` or `gain_changed` where a bar shows in a way that is not measured.
+            stands more than `CAMERA_MOVED_PX` from its place in the empty pictures; `implausible` with
+            `barrier_height` when the barriers' faces contradict the heights that are given; `edge_not_found` with
+            `dark_bar` where a bar shows in a way that is not measured. With a value: `routes_disagree` when the
+            diameter changes along the line by more than U, as of a bar with one end lifted.
 
         Raises
         ------
@@ -143,6 +148,8 @@ class ConveyorGauge:
             raise ValueError(f"picture: {picture.shape[:2]} rows and columns, the empty line has {self._empty.shape}")
         if not isinstance(self.barriers, Barriers):
             return _nothing(Reason.EDGE_NOT_FOUND | self.barriers)
+        if self._faces_disagree:
+            return _nothing(Reason.IMPLAUSIBLE | Reason.BARRIER_HEIGHT)
         light = self.barriers.lens.straightened(self._light(picture))
         spans = bar_spans(light, self._without_bar)
         if isinstance(spans, Reason):
@@ -188,7 +195,10 @@ class ConveyorGauge:
         edge_mm = float(MEDIAN_FACTOR * by_window.std() / np.sqrt(len(by_window)))
         expanded_mm = float(2 * np.linalg.norm([edge_mm, calibration_mm, self._u_shape_mm, model_mm]))
         middle = 0.5 * (view.tangent(ends[0]) + view.tangent(ends[1]))
+        rows = np.mean([end[:, 1] for end in ends], axis=0)
+        changes = _change_along(rows, by_window) > expanded_mm
         return SizeReading(
+            reasons=Reason.ROUTES_DISAGREE if changes else Reason.NONE,
             diameter_mm=diameter_mm + self._compensation_mm,
             expanded_uncertainty_mm=expanded_mm,
             windows_kept=int(np.count_nonzero(there)),
@@ -227,6 +237,14 @@ class ConveyorGauge:
             summed = np.add.outer(summed, changes).ravel()
         low, high = np.quantile(summed, INTERVAL_95).tolist()
         return 0.5 * (low + high), 0.25 * (high - low)
+
+
+def _change_along(row: Array, diameter_mm: Array) -> float:
+    """Change of the diameter from the first to the last window by a straight line, less its expanded uncertainty."""
+    place = (row - row.mean()) / np.ptp(row)
+    slope = float(place @ diameter_mm / (place @ place))
+    scatter = float(np.std(diameter_mm - diameter_mm.mean() - slope * place))
+    return abs(slope) - 2 * scatter / float(np.sqrt(place @ place))
 
 
 def _changed_views(barriers: Barriers, reference: ConveyorReference, view: ConveyorView) -> list[ConveyorView]:
@@ -319,11 +337,11 @@ def bar_spans(light: Plane, empty: Plane) -> NDArray[np.int64] | Reason:
 def _hidden_bar(light: Plane, empty: Plane) -> Reason:
     """`no_bar`, unless a bar shows as dark on light, or against the empty line at the gain of this picture."""
     if not isinstance(bar_spans(empty, light), Reason):
-        return Reason.EDGE_NOT_FOUND | Reason.DARKER_THAN_LINE
+        return Reason.EDGE_NOT_FOUND | Reason.DARK_BAR
     lit = empty > HOT_FLOOR_LIGHT
     gain = float(np.median(light[lit] / empty[lit])) if lit.any() else 1.0
     if gain < 1 - LEAST_GAIN_CHANGE and not isinstance(bar_spans(light, gain * empty), Reason):
-        return Reason.EDGE_NOT_FOUND | Reason.GAIN_CHANGED
+        return Reason.EDGE_NOT_FOUND | Reason.DARK_BAR
     return Reason.NO_BAR
 
 

@@ -24,6 +24,9 @@ LAG_POINTS = 4  # chosen: points of a limb this far apart, 4 px, share no blur, 
 # first 8 steps, down to 0.6 of that spread or the quietest neighbours' scatter, so that the fit settles on the bar's
 # edge.
 NARROWING_ROUNDS, NARROWING_FACTOR, NARROWEST_FACTOR = 8, 0.7, 0.6
+PLAIN_STEPS = 3  # Gauss-Newton steps without weights
+LAG_WINDOWS = 6  # chosen: windows further apart than 120 mm share no hot air and no patch of scale
+LEAST_LEFT = 0.3  # chosen: least share of the variance that the limbs' means leave; a few long waves tell little
 LEAST_SCALE_PX = 0.02  # chosen: least scale of the biweight; a chance scatter below it would reject good points
 LEAST_FOLLOWING = 0.3  # chosen: of an estimate that follows its points more slowly, one step says too little
 LARGEST_CONDITION = 1e12  # of the scaled normal equations: beyond it the rays fix no cylinder
@@ -224,6 +227,29 @@ def _shrinks_mm(jacobian: Array, gap: Array, ratio: Array, pixel_per_mm: Array) 
     return float(2 * normal.solved(normal.weighted.T @ gap)[4] / max(follows, LEAST_FOLLOWING))
 
 
+def nearest_cylinder(rays: EdgeRays, start: Array) -> Array:
+    """First guess for rays that all lie off a first guess, as those of a camera that has turned: plain least squares.
+
+    Parameters
+    ----------
+    rays : EdgeRays
+    start : ndarray, shape (5,)
+
+    Returns
+    -------
+    ndarray of float64, shape (5,)
+        `start` where the rays do not fix a cylinder.
+    """
+    parameters = start
+    for _ in range(PLAIN_STEPS):
+        gap, jacobian = tangent_distance_mm(parameters, rays)
+        normal = _normal_equations(jacobian, np.ones(len(gap)))
+        if normal is None:
+            return start
+        parameters = parameters - normal.solved(normal.weighted.T @ gap)
+    return parameters
+
+
 def _near_each_other(rays: EdgeRays) -> NDArray[np.bool_]:
     """Which points are in the same window as the one `LAG_POINTS` points further."""
     return (rays.limb[LAG_POINTS:] == rays.limb[:-LAG_POINTS]) & (rays.window[LAG_POINTS:] == rays.window[:-LAG_POINTS])
@@ -277,9 +303,25 @@ def _normal_equations(jacobian: Array, weight: Array) -> _NormalEquations | None
 
 
 def _clustered_covariance(influence: Array, rays: EdgeRays) -> Array:
-    """Sandwich covariance, one sum per limb and window (Liang and Zeger, doi:10.1093/biomet/73.1.13)."""
-    _, index = np.unique(rays.limb * (rays.window.max() + 1) + rays.window, return_inverse=True)
-    count = int(index.max()) + 1
-    sums = np.zeros((count, 5))
-    np.add.at(sums, index, influence.T)
-    return sums.T @ sums * (count / max(count - 5, 1))
+    """Sandwich covariance, one sum per limb and window (Liang and Zeger, doi:10.1093/biomet/73.1.13).
+
+    Where neighbouring windows of a limb move together, as hot air and patches of scale move them, all parts are widened
+    by what the autocovariances over `LAG_WINDOWS` add to the radius' variance, with a flat-top taper
+    (Politis, doi:10.1017/S0266466611000247).
+    """
+    sums = np.zeros((int(rays.limb.max()) + 1, int(rays.window.max()) + 1, 5))
+    np.add.at(sums, (rays.limb, rays.window), influence.T)
+    seen = np.any(sums != 0, axis=2)
+    mean = sums.sum(axis=1, keepdims=True) / np.maximum(seen.sum(axis=1), 1)[:, None, None]
+    away = np.where(seen[:, :, None], sums - mean, 0.0)  # a limb that lies off as a whole is no scatter
+    alone = np.einsum("lwi,lwj->ij", away, away)
+    radius = away[:, :, 4]
+    together = float(alone[4, 4])
+    for lag in range(1, min(LAG_WINDOWS, radius.shape[1])):
+        taper = min(1.0, 2 - 2 * lag / LAG_WINDOWS)
+        together += 2 * taper * float(np.sum(radius[:, lag:] * radius[:, :-lag]))
+    widened = max(1.0, together / alone[4, 4]) if alone[4, 4] > 0 else 1.0
+    taken = widened * len(seen) / max(np.count_nonzero(seen), 1)  # of the variance, by the limbs' own means
+    widened /= max(1 - taken, LEAST_LEFT)
+    count = np.count_nonzero(np.any(sums != 0, axis=2)) / widened  # windows that move on their own
+    return alone * widened * (count / max(count - 5, 1))

@@ -12,6 +12,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.calibration.camera_turn import NO_TURN, CameraTurn
 from vision.calibration.rig import Rig
 from vision.geometry.camera import Camera
 from vision.light_planes import Decoder
@@ -31,11 +32,13 @@ from vision.sizing.limits import (
     WEAK_CONTRAST,
 )
 from vision.sizing.region_grid import Outline, RegionGrid
-from vision.sizing.tangent.cylinder_fit import CylinderFit, fit_cylinder
+from vision.sizing.tangent.bent_cylinder import BentCylinder, fit_bent_cylinder
+from vision.sizing.tangent.cylinder_fit import CylinderFit, nearest_cylinder
 from vision.sizing.tangent.edge_points import EdgePoints
 from vision.sizing.tangent.limb_finder import LimbFinder, LimbPoints, RoughLimb
+from vision.sizing.tangent.section import section_view
 from vision.sizing.tangent.tangent_planes import TangentPlane, rough_cylinder
-from vision.sizing.tangent.uncertainty_budget import Budget, uncertainty_budget
+from vision.sizing.tangent.uncertainty_budget import Budget, Circumstances, uncertainty_budget
 
 Array = NDArray[np.float64]
 Result = TypeVar("Result")
@@ -48,7 +51,9 @@ END_MARGIN_MM = 10.0  # chosen: a bar that ends further inside the region shows 
 # Chosen: a bin of 5 mm along the bar belongs to the bar if two limbs have a point in it within half a pixel of the fit.
 END_BIN_MM, END_AGREEMENT_PX, LEAST_LIMBS_AT_END = 5.0, 0.5, 2
 WORST_LIMB_PX = 1.5  # chosen: a limb whose median window lies further off the cylinder means `views_disagree`
-UNKNOWN_MOVE_PX = (np.nan, np.nan)
+MOST_WANDER_PX = 0.2  # chosen: beyond it hot air decides the uncertainty, and the reading is `shimmer`
+CAMBER_LENGTH_MM = 1000.0  # over which the sagitta of the axis is stated
+NO_TURNS = (NO_TURN, NO_TURN)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -71,8 +76,8 @@ class TangentGauge:
     Parameters
     ----------
     rig : Rig
-    ovality_mm : float
-        Greatest minus least width of a section that the product may have.
+    ovality_mm : float or None
+        Greatest minus least width of a section that the product may have; None: what is usual of hot-rolled rounds.
 
     Raises
     ------
@@ -80,7 +85,7 @@ class TangentGauge:
         The rig has no world frame, or a camera does not see the measuring region.
     """
 
-    def __init__(self, rig: Rig, ovality_mm: float = 0.0) -> None:
+    def __init__(self, rig: Rig, ovality_mm: float | None = None) -> None:
         if not rig.has_world:
             raise ValueError("the rig has no world frame: calibrate with the registration pictures of the low board")
         self.rig = rig
@@ -109,7 +114,7 @@ class TangentGauge:
         SizeReading
             Without a value: `no_bar`, `one_camera`, `several_bars`, `bar_too_short`, `edge_not_found`,
             `edges_clipped`, `fit_failed`, `views_disagree`, `implausible`. With a value: `some_edges_clipped`,
-            `low_contrast`, `few_windows`, `limb_hidden`, `bar_head`, `bar_tail`.
+            `low_contrast`, `few_windows`, `limb_hidden`, `bar_head`, `bar_tail`, `shimmer`.
 
         Raises
         ------
@@ -134,21 +139,21 @@ class TangentGauge:
         tuple of two Outline, or Reason
             `no_bar`, `one_camera`, `several_bars`.
         """
+        return one_bar(self.outlines(left, right))
+
+    def outlines(self, left: SentPicture, right: SentPicture) -> tuple[list[Outline], list[Outline]]:
+        """Every bar that each view shows, roughly, from smaller x; the pictures have the rig's size."""
         shown = left.shown, right.shown
-        found = self._both(lambda index: self._views[index].grid.bars(shown[index], self._decoder.shown))
-        count = [len(outlines) for outlines in found]
-        if max(count) == 0:
-            return Reason.NO_BAR
-        if min(count) == 0:
-            return Reason.ONE_CAMERA
-        return Reason.SEVERAL_BARS if max(count) > 1 else (found[0][0], found[1][0])
+        return self._both(lambda index: self._views[index].grid.bars(shown[index], self._decoder.shown))
 
     def measure_bar(
         self,
         left: SentPicture,
         right: SentPicture,
         outlines: tuple[Outline, Outline],
-        moved_px: tuple[float, float] = UNKNOWN_MOVE_PX,
+        turns: tuple[CameraTurn, CameraTurn] = NO_TURNS,
+        *,
+        synchronous: bool = False,
     ) -> SizeReading:
         """Diameter of a bar that `find` found; reasons and errors as in `measure`.
 
@@ -157,8 +162,10 @@ class TangentGauge:
         left, right : SentPicture
             Of the rig's size.
         outlines : tuple of two Outline
-        moved_px : tuple of float
-            Distance that each picture has moved since the calibration; NaN where it is unknown.
+        turns : tuple of two CameraTurn
+            How each camera has turned since its calibration.
+        synchronous : bool
+            Whether time stamps prove that both cameras exposed together.
 
         Returns
         -------
@@ -175,7 +182,8 @@ class TangentGauge:
         reasons = _reasons_of_limbs(limbs, shown)
         if reasons.forbids_value:
             return _with_light(SizeReading(reasons=reasons), limbs)
-        return _with_light(self._read([limbs[index] for index in shown], cylinder, reasons, moved_px), limbs)
+        known = Circumstances(self._ovality_mm, turns, synchronous)
+        return _with_light(self._read([limbs[index] for index in shown], cylinder, reasons, known), limbs)
 
     def _both(self, work: Callable[[int], Result]) -> tuple[Result, Result]:
         """Work for both views at the same time."""
@@ -215,25 +223,70 @@ class TangentGauge:
         plane = TangentPlane.touching(self._views[limb.view].camera.centre_mm, cylinder, limb.side)
         return plane.stations_mm(cylinder, limb.place_mm)
 
-    def _read(
-        self, limbs: list[LimbPoints], cylinder: Array, reasons: Reason, moved_px: tuple[float, float]
-    ) -> SizeReading:
+    def _read(self, limbs: list[LimbPoints], cylinder: Array, reasons: Reason, known: Circumstances) -> SizeReading:
         region = self.rig.region_y_mm
         stations = [self._stations(limb, cylinder) for limb in limbs]
         points = EdgePoints.from_limbs(limbs, stations, region[0], WINDOW_MM)
-        fit = fit_cylinder(points.rays(self.rig), cylinder)
-        if fit is None:
+        rig = _turned(self.rig, known.turns)
+        rays = points.rays(rig)
+        start = cylinder if rig is self.rig else nearest_cylinder(rays, cylinder)
+        bent = fit_bent_cylinder(points, rays, start, (region[1] - region[0]) / 2)
+        if bent is None:
             return SizeReading(reasons=reasons | Reason.FIT_FAILED)
+        fit = bent.fit
         total = round((region[1] - region[0]) / WINDOW_MM)
         window_px = points.window_medians(fit.residual_px, total)
         kept = int(np.count_nonzero(np.all(np.abs(window_px) <= WINDOW_AGREEMENT_PX, axis=0)))
+        wander_px = _wander_px(window_px)
         reasons |= _reasons_of_fit(fit, window_px, region) | _reasons_of_ends(fit, points, region)
-        if 2 * kept < total:
-            reasons |= Reason.FEW_WINDOWS
+        reasons |= Reason.FEW_WINDOWS if 2 * kept < total else Reason.NONE
+        reasons |= Reason.SHIMMER if wander_px > MOST_WANDER_PX else Reason.NONE
         if reasons.forbids_value:
             return SizeReading(reasons=reasons, windows_kept=kept, windows_total=total)
-        budget = uncertainty_budget(fit, points, self.rig, limbs, ovality_mm=self._ovality_mm, moved_px=moved_px)
-        return _reading(fit, budget, reasons, kept, total)
+        section = section_view(fit, points, bent.rays)
+        budget = uncertainty_budget(fit, points, rig, limbs, section=section, known=known)
+        return replace(
+            _reading(bent, budget, reasons, kept, total),
+            wander_px=wander_px,
+            width_left_mm=_width_mm(fit, points, 0),
+            width_right_mm=_width_mm(fit, points, 1),
+        )
+
+
+def one_bar(outlines: tuple[list[Outline], list[Outline]]) -> tuple[Outline, Outline] | Reason:
+    """The one bar that both views show, or why there is none: `no_bar`, `one_camera`, `several_bars`."""
+    count = [len(view) for view in outlines]
+    if max(count) == 0:
+        return Reason.NO_BAR
+    if min(count) == 0:
+        return Reason.ONE_CAMERA
+    return Reason.SEVERAL_BARS if max(count) > 1 else (outlines[0][0], outlines[1][0])
+
+
+def _turned(rig: Rig, turns: tuple[CameraTurn, CameraTurn]) -> Rig:
+    """The rig with its cameras as they stand now."""
+    if all(turn is NO_TURN for turn in turns):
+        return rig
+    return replace(rig, left=rig.left.turned(turns[0].omega), right=rig.right.turned(turns[1].omega))
+
+
+def _wander_px(window_px: Array) -> float:
+    """Root of the covariance of neighbouring windows, over all limbs: what displaces them together.
+
+    How far a limb lies off as a whole, as those of a section that is not round do, is no part of it.
+    """
+    away_px = window_px - np.nanmean(window_px, axis=1, keepdims=True)
+    products = away_px[:, 1:] * away_px[:, :-1]
+    return float(np.sqrt(max(np.nanmean(products), 0.0))) if np.isfinite(products).any() else 0.0
+
+
+def _width_mm(fit: CylinderFit, points: EdgePoints, view: int) -> float:
+    """Width across a view's line of sight: the diameter and how far its two limbs lie outside; NaN with one limb."""
+    agreeing = (points.view == view) & (fit.weight > 0)
+    sides = [agreeing & (points.side == side) for side in LIMB_SIDES]
+    if not all(side.any() for side in sides):
+        return float("nan")
+    return fit.diameter_mm + sum(float(np.median(fit.residual_px[one] / fit.pixel_per_mm[one])) for one in sides)
 
 
 def _with_light(reading: SizeReading, limbs: list[LimbPoints]) -> SizeReading:
@@ -301,8 +354,10 @@ def _reasons_of_fit(fit: CylinderFit, window_px: Array, region_y_mm: tuple[float
     return reasons
 
 
-def _reading(fit: CylinderFit, budget: Budget, reasons: Reason, kept: int, total: int) -> SizeReading:
+def _reading(bent: BentCylinder, budget: Budget, reasons: Reason, kept: int, total: int) -> SizeReading:
+    fit = bent.fit
     x0, z0, _, _, _ = fit.parameters
+    sagitta_mm2 = CAMBER_LENGTH_MM**2 / 8  # of the sagitta over the bow's second derivative
     return SizeReading(
         diameter_mm=fit.diameter_mm,
         expanded_uncertainty_mm=budget.expanded_mm,
@@ -317,4 +372,7 @@ def _reading(fit: CylinderFit, budget: Budget, reasons: Reason, kept: int, total
         u_light_mm=budget.light_mm,
         u_shape_mm=budget.shape_mm,
         u_model_mm=budget.model_mm,
+        u_motion_mm=budget.motion_mm,
+        camber_mm=sagitta_mm2 * bent.bow.per_mm,
+        u_camber_mm=sagitta_mm2 * bent.bow.u_per_mm,
     )

@@ -30,6 +30,11 @@ SEARCH_HALF_LENGTH_PX = 12.0  # chosen: half length of the first profiles; the g
 REFINE_HALF_LENGTH_PX = 9.0  # chosen: half length of the second profiles, around a straight line
 INSIDE_PX = 8.0  # chosen: this far inwards of the rough limb a pixel surely lies on the bar
 BRIGHTEST_PERCENT = 90.0  # chosen: a channel clips if a tenth of the bar's pixels do
+U_SHADING = 0.25  # chosen, relative: standard uncertainty of the shift that corrects for shading towards the limb
+MOST_UNEVEN_SHARE = (
+    0.5  # chosen: beyond it the median profile's fall of light is a patch's, and no shading is corrected
+)
+MOST_SHADING_PX = 0.1  # chosen: what a bar that is darker at its limb by a third could do
 SETTLED_STEP = 4  # chosen: every fourth profile tells which guess of a clipped channel is right
 AGREEMENT_PX = 1.0  # chosen: a point of the first pass supports the limb's line within one pixel
 
@@ -57,6 +62,8 @@ class LimbPoints:
         Standard deviation of the edge's blur; NaN without points.
     shading_px : float
         How far the edge was moved because the bar is darker at its limb.
+    u_shading_px : float
+        Standard uncertainty of it.
     uneven_share : float
         Share of the profiles that cross a patch on the bar.
     clipped_share : float
@@ -80,6 +87,7 @@ class LimbPoints:
     uneven_share: float
     clipped_share: float
     tried: int
+    u_shading_px: float = 0.0
     is_guess: bool = False
     u_compression_px: float = 0.0
 
@@ -201,6 +209,10 @@ class LimbFinder:
         bright = crossings.dark + step
         inwards_px, u_inwards_px = compression_shift_px(coding, plane, (crossings.dark, bright), blur_px)
         place = place - inwards_px
+        shading_px = float(np.nanmedian(crossings.place_px - shaded.unshaded_px))
+        u_shading_px = U_SHADING * abs(shading_px)
+        if uneven_share > MOST_UNEVEN_SHARE:  # most profiles cross patches, which are no shading
+            place, u_shading_px, shading_px = place - shading_px, abs(shading_px) / np.sqrt(3), 0.0
         found = np.isfinite(place)
         clipped = np.maximum(bright, crossings.bright) >= plane.clipped_light
         kept = found & ~clipped
@@ -215,7 +227,8 @@ class LimbFinder:
             dark=crossings.dark[kept],
             bright=bright[kept],
             blur_px=blur_px,
-            shading_px=float(np.nanmedian((crossings.place_px - shaded.unshaded_px)[kept])),
+            shading_px=shading_px,
+            u_shading_px=min(u_shading_px, MOST_SHADING_PX),
             uneven_share=uneven_share,
             clipped_share=share,
             tried=len(y_mm),

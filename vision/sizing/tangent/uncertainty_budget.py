@@ -7,20 +7,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.calibration.bundle_adjustment import N_CAMERA, project_with_slopes
+from vision.calibration.camera_turn import NO_TURN, CameraTurn
 from vision.calibration.rig import Rig
 from vision.geometry.camera import CAMERA_PARAMETERS
 from vision.light import half_level_doubts_px
 from vision.sizing.tangent.cylinder_fit import CylinderFit, touched_points
 from vision.sizing.tangent.edge_points import EdgePoints
 from vision.sizing.tangent.limb_finder import LimbPoints
+from vision.sizing.tangent.section import SectionView
 
 Array = NDArray[np.float64]
 
 OMEGA = slice(CAMERA_PARAMETERS.index("omega_x"), CAMERA_PARAMETERS.index("omega_z") + 1)
 TRANSLATION = slice(CAMERA_PARAMETERS.index("t_x"), CAMERA_PARAMETERS.index("t_z") + 1)
-FREE_HEIGHT_MM = 1.5  # chosen: an axis up to 1.5 mm off R above the rollers is a good calibration's, and adds nothing
+# Chosen: half of the difference of diameters that ASTM A29 allows in one section of a hot-rolled round (1.2 %).
+USUAL_OVALITY_SHARE = 0.006
 U_PLACE_PX = 0.01  # chosen: standard uncertainty of the place of a whole limb whose edge looks perfect
-U_SHADING = 0.25  # chosen, relative: standard uncertainty of the shift that corrects for shading towards the limb
 GROSS_ERROR_SENSITIVITY = 1.7  # of the biweight, in standard deviations (Huber, ISBN 0-471-41805-6, 4.3)
 MOST_FOREIGN_SHARE = 0.8  # chosen: at most 80 % of a limb's points count as foreign; e / (1 - e) has no bound
 CLIPPED_SHIFT_PX = 0.5  # chosen: a fully overexposed limb is off outwards by half a pixel
@@ -29,7 +31,7 @@ GUESS_SHIFT_PX = 0.07  # of an edge in luma with a channel clipped up to 3 times
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """Parts of the standard uncertainty (k = 1) of the diameter, mm."""
+    """Parts of the standard uncertainty (k = 1) of the diameter, mm; `motion` is a part of `model`."""
 
     edge_mm: float
     calibration_mm: float
@@ -37,11 +39,34 @@ class Budget:
     light_mm: float
     shape_mm: float
     model_mm: float
+    motion_mm: float
 
     @property
     def expanded_mm(self) -> float:
         """U = 2 u, u the root sum of squares of the parts."""
-        return 2 * float(np.sqrt(sum(part**2 for part in astuple(self))))
+        return 2 * float(np.sqrt(sum(part**2 for part in astuple(self)[:-1])))
+
+
+@dataclass(frozen=True, slots=True)
+class Circumstances:
+    """What is known of a pair beside its pictures.
+
+    Attributes
+    ----------
+    ovality_mm : float or None
+        Greatest minus least width that a section of the product may have; None: `USUAL_OVALITY_SHARE` of the diameter.
+    turns : tuple of two CameraTurn
+        How the cameras have turned since their calibration, which the rig of the fit allows for.
+    synchronous : bool
+        Whether time stamps prove that both cameras exposed together.
+    """
+
+    ovality_mm: float | None = None
+    turns: tuple[CameraTurn, CameraTurn] = (NO_TURN, NO_TURN)
+    synchronous: bool = False
+
+
+UNKNOWN_CIRCUMSTANCES = Circumstances()
 
 
 def uncertainty_budget(
@@ -50,8 +75,8 @@ def uncertainty_budget(
     rig: Rig,
     limbs: list[LimbPoints],
     *,
-    ovality_mm: float,
-    moved_px: tuple[float, float],
+    section: SectionView,
+    known: Circumstances,
 ) -> Budget:
     """All parts of the diameter's uncertainty.
 
@@ -63,18 +88,18 @@ def uncertainty_budget(
     rig : Rig
     limbs : list of LimbPoints
         In the order of `points.limb`.
-    ovality_mm : float
-        Greatest minus least width that the section may have.
-    moved_px : tuple of float
-        Distance that each picture has moved since the calibration; NaN where it is unknown, which counts as 0.
+    section : SectionView
+        What the limbs tell of the section.
+    known : Circumstances
 
     Returns
     -------
     Budget
         `edge`: scatter of the points, correlation within windows counted. `calibration`: the rig's covariance,
         propagated through the fit. `board`: the board's scale. `light`: the camera's response and overexposed
-        points. `shape`: a section that is not round. `model`: limbs that lie off as a whole, what the greater doubt
-        in residuals inwards is worth, as a rectangular distribution, and an axis that is not over the rollers.
+        points. `shape`: what the views cannot see of a section that is not round. `model`: limbs that lie off as a
+        whole, what the greater doubt in residuals inwards is worth, as a rectangular distribution, and `motion`: a bar
+        that moved between both exposures.
     """
     reach_mm = np.array([_reach_mm(fit, points, limb) for limb in range(len(limbs))])
     shift_px = np.array(
@@ -83,16 +108,16 @@ def uncertainty_budget(
     compression_px = np.array([one.u_compression_px for one in limbs])
     clipped_px = np.array([max(CLIPPED_SHIFT_PX * one.clipped_share, one.is_guess * GUESS_SHIFT_PX) for one in limbs])
     off_px = np.array([_off_px(fit, points, index, limb) for index, limb in enumerate(limbs)])
+    motion_mm = 0.0 if known.synchronous else _off_rollers_mm(fit, section)
     return Budget(
         edge_mm=fit.u_diameter_mm,
-        calibration_mm=_calibration_mm(fit, points, rig, moved_px),
+        calibration_mm=_calibration_mm(fit, points, rig, known.turns),
         board_mm=fit.diameter_mm * rig.square_relative_u,
         # response and overexposure move all limbs the same way, a limb's own fault only that limb
         light_mm=float(np.linalg.norm([*(reach_mm @ shift_px), reach_mm @ clipped_px, reach_mm @ compression_px])),
-        shape_mm=ovality_mm / (2 * math.sqrt(3)),
-        model_mm=float(
-            np.linalg.norm([*(reach_mm * off_px), fit.inwards_mm / math.sqrt(3), _off_rollers_mm(fit, rig)])
-        ),
+        shape_mm=section.unseen_share * _ovality_mm(fit, section, known) / (2 * math.sqrt(3)),
+        model_mm=float(np.linalg.norm([*(reach_mm * off_px), fit.inwards_mm / math.sqrt(3), motion_mm])),
+        motion_mm=motion_mm,
     )
 
 
@@ -102,18 +127,20 @@ def _reach_mm(fit: CylinderFit, points: EdgePoints, limb: int) -> float:
     return float(-2 * np.sum(fit.gain[4, mine] / fit.pixel_per_mm[mine]))
 
 
-def _off_rollers_mm(fit: CylinderFit, rig: Rig) -> float:
-    """Standard uncertainty from an axis that is not R above the rollers, mm: D h / (sqrt 2 Z).
+def _ovality_mm(fit: CylinderFit, section: SectionView, known: Circumstances) -> float:
+    """Greatest minus least width that must be allowed for: at least what the views see."""
+    usual_mm = USUAL_OVALITY_SHARE * fit.diameter_mm
+    return max(usual_mm if known.ovality_mm is None else known.ovality_mm, section.seen_ovality_mm)
 
-    Either the bar hops, which is no error, or a camera has moved sideways, which edges cannot show: the bar then
-    appears nearer or further by that height h, and its diameter is off by D h / Z, Z the nearer camera's distance. It
-    is the one or the other: the divisor sqrt 2 is that of a distribution with its mass at both ends (arc sine).
+
+def _off_rollers_mm(fit: CylinderFit, section: SectionView) -> float:
+    """Standard uncertainty from an axis that is not R above the rollers, mm: h dD/dh / sqrt 2.
+
+    Either the bar hops, which is no error, or one view shows it further aside than the other, which edges cannot show:
+    it moved between two exposures that do not coincide, or a camera has turned. It is the one or the other: the divisor
+    sqrt 2 is that of a distribution with its mass at both ends (arc sine).
     """
-    height_mm = abs(float(fit.parameters[1] - fit.parameters[4]))
-    if height_mm < FREE_HEIGHT_MM:
-        return 0.0
-    depth_mm = min(float(np.linalg.norm(camera.centre_mm)) for camera in (rig.left, rig.right))
-    return fit.diameter_mm * height_mm / depth_mm / math.sqrt(2)
+    return abs(section.height_slope * float(fit.parameters[1] - fit.parameters[4])) / math.sqrt(2)
 
 
 def _off_px(fit: CylinderFit, points: EdgePoints, index: int, limb: LimbPoints) -> float:
@@ -128,10 +155,10 @@ def _off_px(fit: CylinderFit, points: EdgePoints, index: int, limb: LimbPoints) 
     middle_px = float(np.median(fit.residual_px[mine][agreeing])) if agreeing.any() else 0.0
     foreign = min(1 - float(fit.weight[mine].mean()), MOST_FOREIGN_SHARE)
     bias_px = GROSS_ERROR_SENSITIVITY * fit.scale_px * foreign / (1 - foreign) / np.sqrt(3)
-    return float(np.linalg.norm([U_PLACE_PX, U_SHADING * limb.shading_px, middle_px, bias_px]))
+    return float(np.linalg.norm([U_PLACE_PX, limb.u_shading_px, middle_px, bias_px]))
 
 
-def _calibration_mm(fit: CylinderFit, points: EdgePoints, rig: Rig, moved_px: tuple[float, float]) -> float:
+def _calibration_mm(fit: CylinderFit, points: EdgePoints, rig: Rig, turns: tuple[CameraTurn, CameraTurn]) -> float:
     """The rig's covariance through one linear step of the fit; one point stands for each window of a limb.
 
     When a camera changes a little, a limb moves in its picture as the point does that is seen there on the bar: the
@@ -151,8 +178,8 @@ def _calibration_mm(fit: CylinderFit, points: EdgePoints, rig: Rig, moved_px: tu
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
         # a camera that shows the bar further outwards makes the points that were found lie further inwards
         slope[view * N_CAMERA :][:N_CAMERA] = -np.einsum("n,ni,nij->j", growth_mm[mine], normal, by_camera)
-        # a camera that has moved may have turned that far about any axis through its own centre: t turns too
+        # what is left of a camera's turn about its own centre, in which t turns too
         mine = slope[view * N_CAMERA :][:N_CAMERA]
         turn_mm = mine[OMEGA] + np.cross(camera.t, mine[TRANSLATION])
-        moved_mm2 += float(np.sum((np.nan_to_num(moved_px[view]) / camera.K[0, 0] * turn_mm) ** 2))
+        moved_mm2 += float(turn_mm @ turns[view].covariance @ turn_mm)
     return float(np.sqrt(max(slope @ rig.covariance @ slope, 0.0) + moved_mm2))

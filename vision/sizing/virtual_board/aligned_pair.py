@@ -9,13 +9,11 @@ from vision.alignment.height_search import Height
 from vision.alignment.quality import BarOutline
 from vision.alignment.view_alignment import Alignment
 from vision.geometry.homography import transformed
+from vision.sizing.virtual_board.parameters import Parameters
 from vision.sizing.virtual_board.random_regression import random_regression
 from vision.sizing.virtual_board.view_edges import ViewEdges
 
 Array = NDArray[np.float64]
-
-SAMPLE_POINTS = 4  # chosen: S of algorithm 9, which the dissertation does not give
-SAMPLE_COUNT = 10  # T of algorithm 9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,13 +41,15 @@ class AlignedPair:
         left = self.alignment.to_plane(self.height.height_mm)
         return left if view == 0 else left @ self.alignment.right_to_left(self.height.height_mm)
 
-    def sampled_widths_mm(self, view: int, rng: np.random.Generator) -> Array:
+    def sampled_widths_mm(self, view: int, parameters: Parameters, rng: np.random.Generator) -> Array:
         """Width of the bar on the plane, eq. 3.14, mean over the rows of each window.
 
         Parameters
         ----------
         view : int
             0 left, 1 right.
+        parameters : Parameters
+            S and T of the random regression.
         rng : numpy.random.Generator
             Draws the points of the random regression.
 
@@ -64,7 +64,8 @@ class AlignedPair:
         rows = np.arange(windows * window_rows, dtype=np.float64).reshape(windows, window_rows)
         ends = []
         for side in (first, second):
-            columns = random_regression(side, SAMPLE_POINTS, SAMPLE_COUNT, rng).at(rows)
+            lines = random_regression(side, parameters.sample_points, parameters.sample_count, rng)
+            columns = lines.at(rows)
             ends.append(transformed(to_plane, np.stack([columns, np.broadcast_to(rows[:, None], columns.shape)], -1)))
         return np.linalg.norm(ends[1] - ends[0], axis=-1).mean(axis=-1)
 

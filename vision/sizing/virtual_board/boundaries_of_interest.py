@@ -1,8 +1,8 @@
 """Boundaries of interest (algorithms 5 and 8): the bar's edges, without the background's and the weak ones.
 
-The dissertation leaves the use of two numbers open. Here alpha = 0.95 is the factor on Otsu's threshold of the picture.
-beta = 240 of 255 suppresses weak edges after strengths have been stretched so that Otsu's level of the strengths inside
-the mask lies at 240: read literally, on unstretched strengths, beta leaves no edge at all.
+The dissertation leaves the use of two numbers open. Here alpha is the factor on Otsu's threshold of the picture, and
+beta the code value under which edges are suppressed, after strengths have been stretched so that Otsu's level of the
+strengths inside the mask lies at 240: on unstretched strengths, beta = 240 leaves no edge at all.
 """
 
 from dataclasses import dataclass
@@ -11,16 +11,17 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.edges.operators import EdgeMethod, detect_edges
+from vision.edges.binary import denoised
+from vision.edges.operators import Edges, detect_edges
 from vision.edges.thinning import ridges
 from vision.pictures import grey
+from vision.sizing.virtual_board.parameters import PRINTED_PARAMETERS, Parameters
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 Plane = NDArray[np.float32]
 
-OTSU_FACTOR = 0.95  # alpha of algorithm 8
-LEAST_STRENGTH_CODE = 240  # beta of algorithm 8
+STRETCHED_LEVEL_CODE = 240  # chosen: where Otsu's level of the strengths lies when they are compared with beta
 OPENING_PX, DILATION_PX = 5, 9  # chosen: sides of the squares that open the mask, and widen it over the bar's edges
 
 
@@ -51,12 +52,13 @@ class Boundaries:
         return points[inner]
 
 
-def hot_mask(picture: Picture) -> Picture:
+def hot_mask(picture: Picture, alpha: float = PRINTED_PARAMETERS.alpha) -> Picture:
     """I_MOR: what is brighter than alpha times Otsu's threshold, opened, then widened over its own edges.
 
     Parameters
     ----------
     picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+    alpha : float
 
     Returns
     -------
@@ -65,15 +67,20 @@ def hot_mask(picture: Picture) -> Picture:
     """
     pixels = grey(picture)
     level, _ = cv2.threshold(pixels, 0, 1, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
-    _, mask = cv2.threshold(pixels, OTSU_FACTOR * level, 1, cv2.THRESH_BINARY)
+    _, mask = cv2.threshold(pixels, alpha * level, 1, cv2.THRESH_BINARY)
     opened = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((OPENING_PX, OPENING_PX), np.uint8))
     return np.asarray(cv2.dilate(opened, np.ones((DILATION_PX, DILATION_PX), np.uint8)), dtype=np.uint8)
 
 
 def boundaries_of_interest(
-    picture: Picture, mask: Picture | None, method: EdgeMethod, *, seen: slice = slice(None), weak: float = 1.0
+    picture: Picture,
+    mask: Picture | None,
+    edges: Edges,
+    parameters: Parameters = PRINTED_PARAMETERS,
+    *,
+    seen: slice = slice(None),
 ) -> Boundaries:
-    """Edges inside a mask, thinned, without the weak and the single ones (algorithm 8 from step 3 on).
+    """Edges inside a mask, thinned, without the weak ones and without noise (algorithm 8 from step 3 on, algorithm 4).
 
     Parameters
     ----------
@@ -81,20 +88,24 @@ def boundaries_of_interest(
         Grey or blue-green-red.
     mask : ndarray of uint8, shape (rows, columns), or None
         I_MOR, 0 or 1; None where the whole picture is of interest.
-    method : {"forest", "sobel", "prewitt", "roberts", "canny"}
+    edges : str or EdgeOptions
+        See `vision.edges.operators.detect_edges`.
+    parameters : Parameters
+        beta, and the neighbours of algorithm 4.
     seen : slice
         Columns of the result; the others only influence the edge detector.
-    weak : float
-        Share of Otsu's level of the strengths at which beta lies.
 
     Returns
     -------
     Boundaries
         Of the columns `seen`.
     """
-    edges = detect_edges(_unit(picture), method, seen)
-    thin = ridges(edges.strength, edges.normal_rad)
-    return _denoised(_without_weak(thin if mask is None else thin * mask[:, seen], weak))
+    found = detect_edges(_unit(picture), edges, seen)
+    thin = ridges(found.strength, found.normal_rad)
+    strong = _without_weak(thin if mask is None else thin * mask[:, seen], parameters.beta)
+    kept = denoised(strong, parameters.least_neighbours).astype(np.uint8)
+    band = cv2.dilate(kept, np.ones((3, 3), np.uint8))
+    return Boundaries(kept, np.asarray(band, dtype=np.uint8))
 
 
 def _unit(picture: Picture) -> Plane:
@@ -103,21 +114,13 @@ def _unit(picture: Picture) -> Plane:
     return np.multiply(ordered, np.float32(1 / 255), dtype=np.float32)
 
 
-def _without_weak(strength: Plane, weak: float) -> Picture:
-    """1 where an edge reaches beta after a share of Otsu's level of the edges was stretched to it."""
+def _without_weak(strength: Plane, beta: float) -> NDArray[np.bool_]:
+    """Where an edge reaches beta after Otsu's level of the edges was stretched to `STRETCHED_LEVEL_CODE`."""
     there = strength[strength > 0]
     if there.size == 0:
-        return np.zeros(strength.shape, dtype=np.uint8)
+        return np.zeros(strength.shape, dtype=np.bool_)
     full = float(there.max())
     coded = np.rint(255 * (there / full)).astype(np.uint8)
     level, _ = cv2.threshold(coded, 0, 1, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
-    stretch = LEAST_STRENGTH_CODE / max(weak * level, 1.0)
-    return (255 * stretch / full * strength >= LEAST_STRENGTH_CODE).astype(np.uint8)
-
-
-def _denoised(strong: Picture) -> Boundaries:
-    """Without edge pixels that have no neighbour (algorithm 4), and widened so that a border encloses each edge."""
-    around = cv2.filter2D(strong, cv2.CV_8U, np.ones((3, 3), np.float32), borderType=cv2.BORDER_CONSTANT)
-    thin = strong & (around > 1).astype(np.uint8)
-    band = cv2.dilate(thin, np.ones((3, 3), np.uint8))
-    return Boundaries(thin, np.asarray(band, dtype=np.uint8))
+    stretch = STRETCHED_LEVEL_CODE / max(level, 1.0)
+    return (255 * stretch / full * strength) >= beta

@@ -6,7 +6,7 @@ sliding windows; diameters on the plane of that board; windows whose weighted de
 
 import math
 from concurrent.futures import ThreadPoolExecutor
-from typing import Literal
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,8 +16,9 @@ from vision.alignment.quality import BarOutline, Quality
 from vision.alignment.view_alignment import Alignment
 from vision.alignment.virtual_boards import VirtualBoards
 from vision.calibration.rig import Rig
-from vision.edges.operators import EDGE_METHODS, EdgeMethod
-from vision.fusion.methods import METHODS, Method, fuse
+from vision.edges.operators import EdgeOptions, Edges
+from vision.fusion.methods import fuse
+from vision.fusion.names import FUSIONS, Fusion, Method
 from vision.geometry.homography import transformed
 from vision.geometry.measuring_plane import pixel_size_mm
 from vision.geometry.turned_region import Region, RegionSampler, picture_region, resampled_region
@@ -26,17 +27,14 @@ from vision.reasons import Reason
 from vision.sent_picture import Codes, SentPicture
 from vision.sizing.checked_pictures import checked_pair
 from vision.sizing.limits import (
-    CLIPPED_FEW_SHARE,
-    CLIPPED_MOST_SHARE,
-    COVERED_SHARE,
     DIAMETER_MM,
     OFF_ROLLERS_MM,
     OFF_ROLLERS_SHARE,
-    WEAK_CONTRAST,
 )
 from vision.sizing.region_grid import Outline, RegionGrid
 from vision.sizing.virtual_board.aligned_pair import AlignedPair
-from vision.sizing.virtual_board.reading import CORRECTED, Corrections, VirtualBoardReading
+from vision.sizing.virtual_board.parameters import PRINTED_PARAMETERS, SERVED_PARAMETERS, Parameters
+from vision.sizing.virtual_board.reading import CORRECTED, Corrections, VirtualBoardReading, held_against
 from vision.sizing.virtual_board.tangent_crossing import Section, solve_section, tangent_cuts
 from vision.sizing.virtual_board.view_edges import (
     FOREST_MARGIN_PX,
@@ -44,6 +42,7 @@ from vision.sizing.virtual_board.view_edges import (
     ViewEdges,
     edges_by_lines,
     edges_by_windows,
+    reasons_of_edges,
 )
 from vision.sizing.virtual_board.weighted_deviation import (
     similarity_ratio,
@@ -54,8 +53,6 @@ from vision.sizing.virtual_board.weighted_deviation import (
 
 Array = NDArray[np.float64]
 
-PRINTED_WINDOW_ROWS = 5  # H of algorithm 9 as printed, for pictures 2704 columns wide
-WINDOW_ROWS = 16  # chosen: H for our pictures
 SAMPLING_SEED = 9  # chosen: the same pair gives the same samples
 AREA_SMOOTHING_WEIGHT = 0.1  # chosen: weight of a new frame in C of eq. 3.16
 LEAST_WINDOWS_SHARE = 0.2  # chosen: with fewer trusted windows there is no value (`no_windows`)
@@ -63,10 +60,6 @@ FEW_WINDOWS_SHARE = 0.5  # chosen: with fewer trusted windows the reading is `fe
 MOST_WIDTH_DIFFERENCE_PX = 3.0  # chosen: beyond it the widths contradict the tangent model (`views_disagree`)
 QUALITY_SHORTFALL_PERCENT = 2.0  # chosen: a Q_R this far below the model's on the rig is `poor_alignment`
 U_PLACE_PX = 0.05  # chosen: standard uncertainty of the width when all edges lie off as a whole
-
-
-Fusion = Literal["none"] | Method
-FUSIONS: tuple[Fusion, ...] = ("none", *METHODS)
 
 
 class VirtualBoardGauge:
@@ -77,11 +70,18 @@ class VirtualBoardGauge:
     rig : Rig
     corrections : Corrections
         `CORRECTED` or `AS_PRINTED`, or anything between.
-    edges : {"forest", "sobel", "prewitt", "roberts", "canny"}
+    edges : {"forest", "sobel", "prewitt", "roberts", "canny"} or EdgeOptions
         Edge detector.
     fusion : str
         How the aligned pair is fused before windows are measured: "none", each view on its own, or a method of
         `vision.fusion.methods`, the fused picture alone.
+    parameters : Parameters or None
+        Numbers of algorithms 8, 9 and 13; None: those that belong to the corrections.
+
+    Attributes
+    ----------
+    last_pair : AlignedPair or None
+        Views, edges and board of the last pair that could be aligned, for plots.
 
     Raises
     ------
@@ -94,26 +94,29 @@ class VirtualBoardGauge:
         rig: Rig,
         *,
         corrections: Corrections = CORRECTED,
-        edges: EdgeMethod = "forest",
+        edges: Edges = "forest",
         fusion: Fusion = "none",
+        parameters: Parameters | None = None,
     ) -> None:
         if not rig.has_world:
             raise ValueError("the rig has no world frame: calibrate with the registration pictures of the low board")
-        if edges not in EDGE_METHODS:
-            raise ValueError(f"edges: {edges!r} is none of {', '.join(EDGE_METHODS)}")
         if fusion not in FUSIONS:
             raise ValueError(f"fusion: {fusion!r} is none of {', '.join(FUSIONS)}")
         self.rig = rig
         self.corrections = corrections
-        self._edges: EdgeMethod = edges
+        self._edges = edges if isinstance(edges, EdgeOptions) else EdgeOptions(method=edges)
+        usual = SERVED_PARAMETERS if corrections.robust_lines else PRINTED_PARAMETERS
+        self._parameters = usual if parameters is None else parameters
+        self._has_uncertainty = corrections == CORRECTED and self._parameters == SERVED_PARAMETERS
         self._fusion: Fusion = fusion
         self._decoder = Decoder(rig.response)
-        self._boards = VirtualBoards.of_rig(rig)
+        self.boards = VirtualBoards.of_rig(rig)
         self._step_mm = min(pixel_size_mm(camera) for camera in (rig.left, rig.right))
         self._grids = [RegionGrid(camera, rig.region_y_mm) for camera in (rig.left, rig.right)]
         self._samplers = [RegionSampler(camera, rig.region_y_mm, self._step_mm) for camera in (rig.left, rig.right)]
         self._pool = ThreadPoolExecutor(2)
         self._loop = HeightLoop()
+        self.last_pair: AlignedPair | None = None
         self._uncorrupted_area = math.nan
 
     def measure(self, left: SentPicture | Codes, right: SentPicture | Codes) -> VirtualBoardReading:
@@ -137,12 +140,37 @@ class VirtualBoardGauge:
             for.
         """
         pictures = checked_pair(self.rig, left, right)
-        found = [grid.bars(one.shown, self._decoder.shown) for grid, one in zip(self._grids, pictures, strict=True)]
+        found = [self.bars(view, picture) for view, picture in enumerate(pictures)]
         count = [len(outlines) for outlines in found]
         if min(count) == 1 == max(count):
             return self.measure_bar(*pictures, (found[0][0], found[1][0]))
         missing = Reason.ONE_CAMERA if max(count) else Reason.NO_BAR
         return VirtualBoardReading(reasons=(Reason.SEVERAL_BARS if max(count) > 1 else missing) | self._held())
+
+    def bars(self, view: int, picture: SentPicture) -> list[Outline]:
+        """Rough outlines of the bars in one view; see `RegionGrid.bars`.
+
+        Parameters
+        ----------
+        view : int
+            0 left, 1 right.
+        picture : SentPicture
+        """
+        return self._grids[view].bars(picture.shown, self._decoder.shown)
+
+    def view(self, view: int, picture: SentPicture, outline: Outline) -> tuple[Region, ViewEdges]:
+        """One view, resampled, and the bar's edges in it.
+
+        Parameters
+        ----------
+        view : int
+            0 left, 1 right.
+        picture : SentPicture
+        outline : Outline
+            Of the bar, roughly.
+        """
+        region = self._region(view, picture, outline, 0.5 * (outline.left[0] + outline.right[0]))
+        return region, self._view_edges(region, outline)
 
     def _held(self) -> Reason:
         return Reason.BOARD_HELD if math.isfinite(self._loop.height_mm) else Reason.NONE
@@ -163,25 +191,35 @@ class VirtualBoardGauge:
         VirtualBoardReading
             Without a value: `edge_not_found`, `edges_clipped`, `not_aligned`, `fit_failed`, `views_disagree`,
             `implausible`, `no_windows`. With a value: `some_edges_clipped`, `low_contrast`, `poor_alignment`,
-            `few_windows`.
+            `few_windows`, `uncertainty_unknown`.
         """
+        self.last_pair = None
         images = (left, right)
         regions = self._regions(images, outlines)
         edges = list(self._pool.map(self._view_edges, regions, outlines))
-        reasons = _reasons_of_edges(edges)
+        reasons = reasons_of_edges(edges)
         outline = edges[0].outline, edges[1].outline
         if reasons.forbids_value or outline[0] is None or outline[1] is None:
             return VirtualBoardReading(reasons=reasons | self._held())
-        alignment = Alignment(self.rig, self._boards, *regions, self.corrections.projective_boards)
+        alignment = Alignment(self.rig, self.boards, *regions, self.corrections.projective_boards)
         height = self._height(alignment, outline[0], outline[1])
         if not math.isfinite(height.height_mm):
             return VirtualBoardReading(reasons=reasons | Reason.NOT_ALIGNED | self._held())
-        if self._fusion != "none":
-            edges = [self._view_edges(self._fused(alignment, height.height_mm, self._fusion), outlines[0])]
-            reasons |= _reasons_of_edges(edges)
-            if reasons.forbids_value:
-                return VirtualBoardReading(reasons=reasons)
-        return self._read(AlignedPair(alignment, height, edges, outline[0]), reasons)
+        pair = self.last_pair = AlignedPair(alignment, height, edges, outline[0])
+        if self._fusion == "none":
+            return self.read(pair, reasons)
+        return self._read_fused(pair, outlines[0], self._fusion, reasons)
+
+    def _read_fused(self, pair: AlignedPair, rough: Outline, method: Method, reasons: Reason) -> VirtualBoardReading:
+        """Reading of the fused picture alone, held against that of both views."""
+        area, self._uncorrupted_area = self._uncorrupted_area, math.nan
+        apart = self.read(pair, reasons)
+        self._uncorrupted_area = area
+        edges = [self._view_edges(self._fused(pair.alignment, pair.height.height_mm, method), rough)]
+        reasons |= reasons_of_edges(edges)
+        if reasons.forbids_value:
+            return VirtualBoardReading(reasons=reasons)
+        return held_against(self.read(replace(pair, edges=edges), reasons), apart)
 
     def _fused(self, alignment: Alignment, height_mm: float, method: Method) -> Region:
         """Both views in one, on the pixels of the left region."""
@@ -191,34 +229,32 @@ class VirtualBoardGauge:
     def _regions(
         self, images: tuple[SentPicture, SentPicture], outlines: tuple[Outline, Outline]
     ) -> tuple[Region, Region]:
-        if not self.corrections.turned_rows:
-            cameras = (self.rig.left, self.rig.right)
-            left, right = map(picture_region, cameras, images, [self.rig.region_y_mm] * 2)
-            return left, right
         slope = float(np.mean([limb[0] for outline in outlines for limb in (outline.left, outline.right)]))
-        margin_mm = (STRIP_HALF_WIDTH_PX + FOREST_MARGIN_PX) * self._step_mm
-        reach = np.cos(np.arctan(slope)) * np.array([[o.left[1], o.right[1]] for o in outlines]) + [
-            -margin_mm,
-            margin_mm,
-        ]
-        left, right = self._pool.map(
-            lambda sampler, image, span: sampler.turned(image, slope, (span[0], span[1])), self._samplers, images, reach
-        )
+        left, right = self._pool.map(self._region, (0, 1), images, outlines, (slope, slope))
         return left, right
+
+    def _region(self, view: int, image: SentPicture, outline: Outline, slope: float) -> Region:
+        """One view with rows across a bar of this slope, or as printed with the picture's own rows."""
+        if not self.corrections.turned_rows:
+            return picture_region((self.rig.left, self.rig.right)[view], image, self.rig.region_y_mm)
+        margin_mm = (STRIP_HALF_WIDTH_PX + FOREST_MARGIN_PX) * self._step_mm
+        across = float(np.cos(np.arctan(slope)))
+        reach = across * outline.left[1] - margin_mm, across * outline.right[1] + margin_mm
+        return self._samplers[view].turned(image, slope, reach)
 
     def _view_edges(self, region: Region, outline: Outline) -> ViewEdges:
         if not self.corrections.robust_lines:
-            return edges_by_windows(region, PRINTED_WINDOW_ROWS, self._edges)
+            return edges_by_windows(region, self._parameters, self._edges)
         rough = [_in_region(line, region, self.rig.region_y_mm) for line in (outline.left, outline.right)]
         decoder = self._decoder if self.corrections.half_level else None
-        return edges_by_lines(region, (rough[0], rough[1]), WINDOW_ROWS, self._edges, decoder)
+        return edges_by_lines(region, (rough[0], rough[1]), self._parameters, self._edges, decoder)
 
     def _height(self, alignment: Alignment, left: BarOutline, right: BarOutline) -> Height:
         def evaluate(height_mm: float) -> Quality:
             return alignment.quality(left, right, height_mm)
 
         if not self.corrections.tangent_crossing:
-            return search_by_overlap(evaluate)
+            return search_by_overlap(evaluate, self._parameters.boards)
         middle = 0.25 * (right.first[0] + right.first[-1] + right.second[0] + right.second[-1])
 
         def offset_per_mm(height_mm: float) -> float:
@@ -226,12 +262,20 @@ class VirtualBoardGauge:
             moved = transformed(transform, middle)
             return float(moved[0] - transformed(transform / transform[2, 2] + change, middle)[0])
 
-        return self._loop.find(evaluate, offset_per_mm)
+        return self._loop.find(evaluate, offset_per_mm, self._parameters.boards)
 
-    def _read(self, pair: AlignedPair, reasons: Reason) -> VirtualBoardReading:
+    def read(self, pair: AlignedPair, reasons: Reason) -> VirtualBoardReading:
+        """Reading of an aligned pair: windows, their widths on the board's plane, which of them count.
+
+        Parameters
+        ----------
+        pair : AlignedPair
+        reasons : Reason
+            Known already.
+        """
         rng = np.random.default_rng(SAMPLING_SEED)
         views = range(len(pair.edges)) if self.corrections.tangent_crossing else (0,)
-        width_mm = np.array([pair.sampled_widths_mm(view, rng) for view in views])
+        width_mm = np.array([pair.sampled_widths_mm(view, self._parameters, rng) for view in views])
         sampled_mm, more = self._diameters(pair, width_mm)
         if sampled_mm is None:
             return VirtualBoardReading(reasons=reasons | more, windows_total=width_mm.shape[1])
@@ -242,6 +286,8 @@ class VirtualBoardGauge:
         kept = trusted_windows(Sigma_mm)
         reasons |= more | self._reasons_of_windows(l_mm, kept)
         value = {} if reasons.forbids_value else self._value(l_mm[kept], Sigma_mm[kept], pair.edges)
+        if value and not self._has_uncertainty:
+            reasons |= Reason.UNCERTAINTY_UNKNOWN
         return VirtualBoardReading(
             **value,
             alignment_quality=pair.height.quality.percent,
@@ -259,7 +305,7 @@ class VirtualBoardGauge:
         """Diameter and weighted deviation of the frame, eq. 3.19 and 3.18, and the parts of the uncertainty."""
         diameter_mm = float(l_mm.mean())
         value = {"diameter_mm": diameter_mm, "weighted_deviation_mm": float(np.median(Sigma_mm))}
-        if self.corrections == CORRECTED:
+        if self._has_uncertainty:
             value["u_edge_mm"] = float(l_mm.std() / np.sqrt(len(l_mm)))
             value["u_board_mm"] = diameter_mm * self.rig.square_relative_u
             value["u_light_mm"] = 2 * self._step_mm * float(np.mean([view.u_light_px for view in edges]))
@@ -322,17 +368,3 @@ def _in_region(line: Array, region: Region, region_y_mm: tuple[float, float]) ->
     (c0, r0), (c1, r1) = world @ region.from_world.T
     slope = (c1 - c0) / (r1 - r0)
     return np.array([slope, c0 - slope * r0])
-
-
-def _reasons_of_edges(edges: list[ViewEdges]) -> Reason:
-    reasons = Reason.NONE
-    for view in edges:
-        if view.clipped_share > CLIPPED_MOST_SHARE:
-            reasons |= Reason.EDGES_CLIPPED
-        elif view.outline is None or view.hot_share < COVERED_SHARE:
-            reasons |= Reason.EDGE_NOT_FOUND
-        elif view.contrast < WEAK_CONTRAST:
-            reasons |= Reason.LOW_CONTRAST
-        if CLIPPED_FEW_SHARE < view.clipped_share <= CLIPPED_MOST_SHARE:
-            reasons |= Reason.SOME_EDGES_CLIPPED
-    return reasons

@@ -12,12 +12,14 @@ from numba import njit
 from numpy.typing import NDArray
 
 from vision.alignment.quality import BarOutline
-from vision.edges.operators import EdgeMethod
+from vision.edges.operators import Edges
 from vision.geometry.turned_region import Picture, Region
 from vision.light_planes import Decoder
-from vision.sizing.limits import LIMB_SIDES
+from vision.reasons import Reason
+from vision.sizing.limits import CLIPPED_FEW_SHARE, CLIPPED_MOST_SHARE, COVERED_SHARE, LIMB_SIDES, WEAK_CONTRAST
 from vision.sizing.virtual_board.boundaries_of_interest import Boundaries, boundaries_of_interest, hot_mask
 from vision.sizing.virtual_board.half_level import LEAST_ROWS, LINE_DISTANCE_PX, HalfLevel, LimbRows, ThinEdges, line_of
+from vision.sizing.virtual_board.parameters import Parameters
 from vision.sizing.virtual_board.random_regression import WindowPoints, two_sides, windowed
 
 Array = NDArray[np.float64]
@@ -25,7 +27,6 @@ Array = NDArray[np.float64]
 SEARCH_REACH_PX = 12  # chosen: an edge lies at most this far from the rough outline
 STRIP_HALF_WIDTH_PX = 16  # chosen: boundaries of interest count up to this far to either side of an edge
 FOREST_MARGIN_PX = 48  # the forest reads no further, so that edges in a strip are those of the whole region
-WEAK_LEVEL_SHARE = 0.5  # chosen: of Otsu's level; oxide weakens the bar's edge, and the line rejects other weak edges
 HOT_ROW_SHARE = 0.4  # chosen: a row glows if its code values reach 40 % of a bright row's
 
 
@@ -60,23 +61,24 @@ class ViewEdges:
     u_light_px: float = 0.0
 
 
-def edges_by_windows(region: Region, window_rows: int, method: EdgeMethod) -> ViewEdges:
+def edges_by_windows(region: Region, parameters: Parameters, detector: Edges) -> ViewEdges:
     """Edges by the dissertation's steps: boundaries of interest of the whole region, k-means in each window.
 
     Parameters
     ----------
     region : Region
-    window_rows : int
-        H.
-    method : str
+    parameters : Parameters
+    detector : str or EdgeOptions
         Edge detector.
 
     Returns
     -------
     ViewEdges
     """
+    window_rows = parameters.window_rows
     windows = region.picture.shape[0] // window_rows
-    found = boundaries_of_interest(region.picture, hot_mask(region.picture), method)
+    mask = hot_mask(region.picture, parameters.alpha)
+    found = boundaries_of_interest(region.picture, mask, detector, parameters)
     sides = two_sides(windowed(found.traced(), window_rows, windows))
     centres = np.column_stack([_mean(side.column) for side in sides])
     return ViewEdges(sides, _areas_by_windows(found, centres, window_rows), _outline_of_windows(sides))
@@ -107,8 +109,8 @@ def _mean(values: Array) -> Array:
 def edges_by_lines(
     region: Region,
     rough: tuple[Array, Array],
-    window_rows: int,
-    method: EdgeMethod,
+    parameters: Parameters,
+    detector: Edges,
     decoder: Decoder | None,
 ) -> ViewEdges:
     """Edges by strips along the bar's outline, held against one robust line for each.
@@ -118,9 +120,8 @@ def edges_by_lines(
     region : Region
     rough : tuple of two ndarray of float64, shape (2,)
         Slope and start of both edges, column = slope x row + start, to within `SEARCH_REACH_PX`.
-    window_rows : int
-        H.
-    method : str
+    parameters : Parameters
+    detector : str or EdgeOptions
         Edge detector.
     decoder : Decoder or None
         Of the camera's code values: points move to half level in linear light. None: they stay at the edge detector's
@@ -132,11 +133,11 @@ def edges_by_lines(
     """
     hot = _hot_rows(region.picture, rough)
     limbs = [
-        _limb(region, _thin_edges(region.picture, line, hot, method), line, side, decoder)
+        _limb(region, _thin_edges(region.picture, line, hot, parameters, detector), line, side, decoder)
         for line, side in zip(rough, LIMB_SIDES, strict=True)
     ]
-    windows = region.picture.shape[0] // window_rows
-    rows = np.arange(windows * window_rows, dtype=np.float64).reshape(windows, window_rows)
+    windows = region.picture.shape[0] // parameters.window_rows
+    rows = np.arange(windows * parameters.window_rows, dtype=np.float64).reshape(windows, parameters.window_rows)
     columns = [limb.column[: rows.size].reshape(rows.shape) for limb in limbs]
     sides = [WindowPoints(np.where(np.isfinite(column), rows, np.nan), column) for column in columns]
     areas = [limb.area[: rows.size].reshape(rows.shape).sum(axis=1) for limb in limbs]
@@ -166,14 +167,16 @@ def _limb(region: Region, edges: ThinEdges, rough: Array, side: int, decoder: De
     return HalfLevel(region, side, decoder).locate(line, edges)
 
 
-def _thin_edges(picture: Picture, rough: Array, hot: NDArray[np.bool_], method: EdgeMethod) -> ThinEdges:
+def _thin_edges(
+    picture: Picture, rough: Array, hot: NDArray[np.bool_], parameters: Parameters, detector: Edges
+) -> ThinEdges:
     """Thin edges of a strip along a rough line, in rows that glow."""
     columns = picture.shape[1]
     ends = rough[1] + rough[0] * np.array([0.0, picture.shape[0] - 1.0])
     inner = max(0, int(ends.min()) - STRIP_HALF_WIDTH_PX), min(columns, int(ends.max()) + STRIP_HALF_WIDTH_PX + 1)
     outer = max(0, inner[0] - FOREST_MARGIN_PX), min(columns, inner[1] + FOREST_MARGIN_PX)
     seen = slice(inner[0] - outer[0], inner[1] - outer[0])
-    found = boundaries_of_interest(picture[:, outer[0] : outer[1]], None, method, seen=seen, weak=WEAK_LEVEL_SHARE)
+    found = boundaries_of_interest(picture[:, outer[0] : outer[1]], None, detector, parameters, seen=seen)
     row, column = np.nonzero(found.thin * hot[:, None])
     return ThinEdges(row, (column + inner[0]).astype(np.float64), found.band.sum(axis=1, dtype=np.float64))
 
@@ -214,3 +217,18 @@ def _line(edges: ThinEdges, rough: Array) -> Array | None:
     if len(np.unique(edges.row[agree])) < LEAST_ROWS:
         return None
     return line_of(edges.row[agree], edges.column[agree])
+
+
+def reasons_of_edges(edges: list[ViewEdges]) -> Reason:
+    """Reasons for doubt that the edges of one or two views give."""
+    reasons = Reason.NONE
+    for view in edges:
+        if view.clipped_share > CLIPPED_MOST_SHARE:
+            reasons |= Reason.EDGES_CLIPPED
+        elif view.outline is None or view.hot_share < COVERED_SHARE:
+            reasons |= Reason.EDGE_NOT_FOUND
+        elif view.contrast < WEAK_CONTRAST:
+            reasons |= Reason.LOW_CONTRAST
+        if CLIPPED_FEW_SHARE < view.clipped_share <= CLIPPED_MOST_SHARE:
+            reasons |= Reason.SOME_EDGES_CLIPPED
+    return reasons

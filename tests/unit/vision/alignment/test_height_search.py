@@ -21,6 +21,11 @@ def test_quality_is_the_common_area_over_the_left_one():
     assert quality.offset_px == pytest.approx(-25.0)
 
 
+def test_quality_is_over_the_left_area_also_where_the_right_one_is_smaller():
+    assert abs(alignment_quality(outline(0, 100), outline(25, 75), ROWS).percent) == pytest.approx(50.0)
+    assert abs(alignment_quality(outline(25, 75), outline(0, 100), ROWS).percent) == pytest.approx(100.0)
+
+
 def test_quality_is_positive_when_the_left_view_s_outline_lies_to_the_left():
     assert alignment_quality(outline(10, 110), outline(20, 120), ROWS).percent > 0
     assert alignment_quality(outline(20, 120), outline(10, 110), ROWS).percent < 0
@@ -29,6 +34,17 @@ def test_quality_is_positive_when_the_left_view_s_outline_lies_to_the_left():
 def test_outlines_that_do_not_touch_share_nothing_and_an_empty_one_has_no_quality():
     assert alignment_quality(outline(0, 10), outline(50, 60), ROWS).percent == 0
     assert math.isnan(alignment_quality(outline(10, 10), outline(0, 60), ROWS).percent)
+
+
+def test_rows_out_of_order_after_t_rl_change_no_quality():
+    rows = np.arange(0.0, 101.0, 5.0)
+    chain = np.column_stack([10.0 + 0.1 * rows, rows])
+    shuffled = chain[np.random.default_rng(2).permutation(len(chain))]
+    sorted_one, mixed = (BarOutline(first, first + np.array([100.0, 0.0])) for first in (chain, shuffled))
+    right = outline(30, 130)
+    wanted = alignment_quality(sorted_one, right, ROWS)
+    assert alignment_quality(mixed, right, ROWS) == wanted
+    assert 75 < abs(wanted.percent) < 95
 
 
 def board_of(height_mm, truth_mm):
@@ -69,3 +85,15 @@ def test_both_searches_end_within_half_a_board_of_the_truth():
     for search in (search_by_overlap, search_by_offset):
         assert abs(search(lambda height: board_of(height, 123.0)).height_mm - 123.0) <= 320 / 39 / 2
     assert math.isnan(search_by_offset(lambda _: Quality(math.nan, math.nan)).height_mm)
+
+
+@pytest.mark.parametrize(("first_row", "last_row"), [(0.0, 40.0), (60.0, 100.0), (20.0, 30.0)])
+def test_an_outline_that_ends_within_the_test_rows_goes_on_straight(first_row, last_row):
+    def slanted(first, last):
+        return BarOutline(*(np.array([[at + 0.3 * row, row] for row in (first, last)]) for at in (10.0, 110.0)))
+
+    whole, part = slanted(0.0, 100.0), slanted(first_row, last_row)
+    for pair in ((whole, part), (part, whole)):
+        quality = alignment_quality(*pair, ROWS)
+        assert abs(quality.percent) == pytest.approx(100.0)
+        assert quality.offset_px == pytest.approx(0.0, abs=1e-9)

@@ -1,9 +1,12 @@
 """Roberts, Prewitt, Sobel and Canny on steps whose place and direction are known."""
 
+import cv2
 import numpy as np
 import pytest
+from random_forests import random_forest
+from scipy.ndimage import correlate
 
-from vision.edges.operators import EDGE_METHODS, canny, detect_edges
+from vision.edges.operators import EDGE_METHODS, EdgeOptions, canny, detect_edges
 
 CLASSICAL = ("sobel", "prewitt", "roberts", "canny")
 
@@ -50,6 +53,78 @@ def test_a_weak_line_of_canny_is_followed_from_where_it_is_strong():
     assert followed.strength[52:].any(axis=1).all()
 
 
+KERNELS = {  # eq. 2.1 to 2.3 of the dissertation, the first Roberts kernel up to sign
+    "roberts": ([[1, 0], [0, -1]], [[0, -1], [1, 0]]),
+    "prewitt": ([[-1, 0, 1]] * 3, [[1, 1, 1], [0, 0, 0], [-1, -1, -1]]),
+    "sobel": ([[-1, 0, 1], [-2, 0, 2], [-1, 0, 1]], [[1, 2, 1], [0, 0, 0], [-1, -2, -1]]),
+}
+
+
+@pytest.mark.parametrize("method", KERNELS)
+def test_strengths_are_those_of_the_printed_kernels(method):
+    picture = np.random.default_rng(4).random((40, 50)).astype(np.float32)
+    across, down = (np.array(kernel, float) for kernel in KERNELS[method])
+    full = np.abs(across).sum() / 2  # a picture from 0 to 1 gives no more
+    x, y = (correlate(picture.astype(float), kernel) / full for kernel in (across, down))
+    wanted = np.hypot(x, y) / np.sqrt(2)
+    strength = detect_edges(picture, method).strength
+    shifts = [(r, c) for r in (-1, 0, 1) for c in (-1, 0, 1)] if method == "roberts" else [(0, 0)]
+    away = [np.abs(np.roll(wanted, shift, (0, 1)) - strength)[3:-3, 3:-3].max() for shift in shifts]
+    assert min(away) < 1e-6
+
+
+def test_canny_s_kernels_are_the_printed_ones():
+    for side, middle, corner in (("3x3", 0.2042, 0.0751), ("5x5", 0.1621, 0.0030)):
+        impulse = np.zeros((32, 32), np.float32)
+        impulse[16, 16] = 1.0
+        smooth = cv2.GaussianBlur(impulse, (int(side[0]),) * 2, 1.0)
+        reach = int(side[0]) // 2
+        assert smooth[16, 16] == pytest.approx(middle, abs=1e-4)
+        assert smooth[16 + reach, 16 + reach] == pytest.approx(corner, abs=1e-4)
+
+
+def ramps(*shares):
+    """Upright steps, each this share of the steepest, three rows of each so that no edge runs into another."""
+    picture = np.zeros((36, 64), np.float32)
+    picture[:12, 32:] = 0.8
+    picture[16:, 32:] = 0.8 * shares[0]
+    return cv2.GaussianBlur(picture, (0, 0), 1.0)
+
+
+@pytest.mark.parametrize(("share", "found"), [(0.03, False), (0.07, True), (0.3, True)])
+def test_canny_starts_at_a_twentieth_of_the_steepest_gradient(share, found):
+    edges = detect_edges(ramps(share), EdgeOptions(method="canny")).strength
+    assert edges[2:10, 31:33].any(axis=1).all()
+    assert bool(edges[26:34, 28:36].any()) == found
+
+
+def test_canny_s_pair_and_kernel_act():
+    noisy = np.clip(step(20) + np.random.default_rng(3).normal(0, 0.08, (61, 81)), 0, 1).astype(np.float32)
+
+    def pixels(picture, **options):
+        return int(detect_edges(picture, EdgeOptions(method="canny", **options)).strength.sum())
+
+    assert pixels(ramps(0.3), canny_low=0.4, canny_high=0.5) < pixels(ramps(0.3))
+    counted = [pixels(noisy, canny_kernel=kernel) for kernel in ("3x3", "5x5", "gaussian")]
+    assert counted[0] > counted[1] > counted[2]  # the more smoothing, the less noise
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"method": "cany"}, {"canny_low": 0.5}, {"canny_high": 1.0}, {"canny_kernel": "7x7"}, {"canny_low": 0.0}],
+)
+def test_edge_options_that_cannot_be_are_named(wrong):
+    with pytest.raises(ValueError, match=next(iter(wrong)).replace("method", "edges")):
+        EdgeOptions(**wrong)
+
+
+def test_a_forest_of_one_s_own_finds_the_edges():
+    picture = step(0)
+    own = EdgeOptions(forest=random_forest(seed=5, depth=4, patches=200))
+    assert not np.array_equal(detect_edges(picture, own).strength, detect_edges(picture, "forest").strength)
+    assert np.array_equal(detect_edges(picture, EdgeOptions()).strength, detect_edges(picture, "forest").strength)
+
+
 @pytest.mark.parametrize("method", EDGE_METHODS)
 @pytest.mark.parametrize(
     "picture",
@@ -70,5 +145,5 @@ def test_what_is_no_picture_is_refused_by_name(picture, method):
 
 
 def test_an_unknown_method_is_refused_with_the_known_ones():
-    with pytest.raises(ValueError, match=r"method: 'cany' is none of forest, sobel, prewitt, roberts, canny"):
+    with pytest.raises(ValueError, match=r"edges: 'cany' is none of forest, sobel, prewitt, roberts, canny"):
         detect_edges(np.zeros((40, 40), np.float32), "cany")

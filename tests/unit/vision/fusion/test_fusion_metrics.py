@@ -39,6 +39,19 @@ def test_spatial_frequency_of_a_hand_computed_case():
     assert metrics.spatial_frequency(picture) == pytest.approx(np.sqrt((within_rows + within_columns) / 6))
 
 
+def test_the_printed_forms_are_those_of_the_equations():
+    left, right = scene(1), scene(2)
+    fused = fuse(left, right, "db4")
+    a, b, f = (picture.astype(float) for picture in (left, right, fused))
+    scd = np.corrcoef((f - a).ravel(), a.ravel())[0, 1] + np.corrcoef((f - b).ravel(), b.ravel())[0, 1]
+    assert metrics.printed_sum_of_correlations(fused, left, right) == pytest.approx(scd)
+    assert metrics.printed_edge_dissimilarity(left, left, left) == pytest.approx(0, abs=1e-6)
+    essim = 1000 * metrics.edge_dissimilarity(fused, left, right)
+    assert metrics.printed_edge_dissimilarity(fused, left, right) == pytest.approx(essim)
+    own = metrics.printed_feature_mutual_information(left, left, left)  # I(A, A) = H(A), twice
+    assert own == pytest.approx(2 * metrics.entropy(metrics._gradient_steps(left).reshape(left.shape).astype(np.uint8)))
+
+
 def test_average_gradient_of_a_hand_computed_case():
     picture = np.array([[0, 3, 3], [4, 3, 0]], dtype=np.uint8)
     assert metrics.average_gradient(picture) == pytest.approx((5 + 0) / 2 / np.sqrt(2))
@@ -140,3 +153,11 @@ def test_pictures_without_these_figures_are_refused(row):
     if row.of_fused:
         with pytest.raises(ValueError, match="alike in shape"):
             row.measure(noise(), noise()[:-1], noise())
+
+
+def test_mutual_information_counts_both_views_alike():
+    seen = np.random.default_rng(8).integers(0, 255, (64, 64), np.uint8)
+    flat = np.full((64, 64), 90, np.uint8)
+    # alone I(F, F) / 2 H(F) = 1/2; a flat view has nothing in common with anything
+    assert metrics.feature_mutual_information(seen, seen, flat) == pytest.approx(0.5, abs=1e-9)
+    assert metrics.feature_mutual_information(seen, flat, seen) == pytest.approx(0.5, abs=1e-9)

@@ -4,21 +4,28 @@ import math
 
 import numpy as np
 import pytest
-from confusion import Confusion
 from scipy.ndimage import gaussian_filter
 from skimage.metrics import structural_similarity
 
+from appliance.cameras.recording.picture_file import read_picture
+from appliance.comparison.confusion import Confusion
+from appliance.ingot.reader_setup import load_view, make_reader
+from appliance.ingot.settings import ComparisonSettings, IngotSettings
+from vision.ingot.classifiers.classifier import Face
 from vision.ingot.classifiers.similarity import (
     ONES,
     Exponents,
     as_reference,
+    circular,
     dissimilarity,
     similarity,
     similarity_map,
 )
-from vision.ingot.classifiers.ssim import dual, single
+from vision.ingot.classifiers.ssim import DualSimilarity, SingleSimilarity, dual, single
 from vision.ingot.end_finder import End
 from vision.ingot.end_image import end_image
+from vision.ingot.sequential_decision import IngotFollower
+from vision.readings import OrientationReading
 
 MARGIN = 5
 
@@ -89,6 +96,58 @@ def test_the_end_fills_its_image():
 def test_single_and_dual_classifier_decide_as_in_the_dissertation():
     assert (single(0.76), single(0.75), single(0.5, threshold=0.4)) == ("top", "bottom", "top")
     assert (dual(0.7, 0.6), dual(0.7, 0.7), dual(0.6, 0.7)) == ("top", "top", "bottom")
+
+
+def judged(kind, ssim_top, ssim_bottom=0.6, **options):
+    return kind(face(1), face(2), **options).judge(Face(face(3), ssim_top, ssim_bottom))
+
+
+def test_evidence_of_a_verdict_is_what_the_published_confusion_matrix_says_of_it():
+    top, bottom = judged(SingleSimilarity, 0.8), judged(SingleSimilarity, 0.7)
+    assert (top.orientation, bottom.orientation) == ("top", "bottom")
+    assert top.log_odds == pytest.approx(math.log((475.5 / 585) / (0.5 / 746)))
+    assert bottom.log_odds == pytest.approx(math.log((109.5 / 585) / (745.5 / 746)))
+    assert judged(DualSimilarity, 0.7, 0.8).log_odds == pytest.approx(math.log((24.5 / 585) / (745.5 / 746)))
+
+
+def test_a_top_that_63_of_64_pictures_call_a_top_raises_the_alarm_by_single_and_a_bottom_never_does():
+    def decided(similarities):
+        follower, decisions = IngotFollower(), []
+        for frame, ssim_top in enumerate(similarities):
+            verdict = judged(SingleSimilarity, ssim_top)
+            place = {"center_x": 480.0, "center_y": 240.0 + frame, "radius": 40.0}
+            seen = {"ssim_top": ssim_top, "ssim_bottom": 0.6, "log_odds": verdict.log_odds}
+            reading = OrientationReading(present=True, orientation=verdict.orientation, **place, **seen)
+            decisions += follower.add(frame, reading)
+        return [one.orientation for one in decisions + follower.end()]
+
+    assert decided([0.79] * 30 + [0.70] + [0.80] * 33) == ["top"]
+    assert decided([0.70] * 64) == ["bottom"]
+
+
+def test_the_threshold_of_single_is_a_setting():
+    assert judged(SingleSimilarity, 0.7, threshold=0.65).orientation == "top"
+
+
+def test_outside_the_circle_everything_is_black_and_inside_nothing_changes():
+    cut = circular(np.full((64, 64), 200, np.uint8))
+    assert (cut[0, 0], cut[0, 63], cut[63, 0], cut[32, 0], cut[0, 32]) == (0, 0, 0, 200, 200)
+    assert np.count_nonzero(cut) == pytest.approx(np.pi * 32**2, rel=0.01)
+
+
+def test_the_reader_compares_as_the_settings_say(recordings):
+    view = load_view(recordings / "ingot_line")
+    picture = read_picture(recordings / "ingot_line" / "seq01" / "000040.jpg").shown
+    readings = [
+        make_reader(IngotSettings(comparison=comparison), view, picture).read(picture)
+        for comparison in (
+            ComparisonSettings(),
+            ComparisonSettings(circular=True),
+            ComparisonSettings(structure=0.5),
+        )
+    ]
+    assert all(reading.present for reading in readings)
+    assert len({round(reading.ssim_top, 6) for reading in readings}) == 3
 
 
 @pytest.mark.parametrize(

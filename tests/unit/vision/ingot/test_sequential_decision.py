@@ -126,3 +126,34 @@ def test_wrong_calls_name_the_argument():
         DecisionRule(missed=0.5)
     with pytest.raises(ValueError, match="correlation"):
         DecisionRule(correlation=1.0)
+
+
+def test_an_ingot_that_is_followed_across_a_missed_picture_may_have_moved_twice_as_far():
+    rule = DecisionRule()
+    step = 0.9 * rule.still * 40.0
+    readings = [seen(0.0, 240.0 + step * place) for place in range(12)]
+    for place in (5, 8):
+        readings[place] = NOTHING
+    follower = IngotFollower(rule)
+    for frame, reading in enumerate(readings):
+        follower.add(frame, reading)
+    assert follower._now.frames == 9, "ten pictures show it, and only the first does not count"
+
+
+def test_an_end_that_was_seen_larger_is_still_the_same_ingot():
+    small, large = (
+        seen(1.0),
+        OrientationReading(present=True, log_odds=1.0, center_x=535.0, center_y=240.0, radius=60.0),
+    )
+    for first, second in ((small, large), (large, small)):
+        follower = IngotFollower()
+        follower.add(0, first)
+        begun = follower._now
+        follower.add(1, second)
+        assert follower._now is begun
+    aside = OrientationReading(present=True, log_odds=1.0, center_x=545.0, center_y=240.0, radius=60.0)
+    follower = IngotFollower()
+    follower.add(0, small)
+    begun = follower._now
+    follower.add(1, aside)
+    assert follower._now is not begun

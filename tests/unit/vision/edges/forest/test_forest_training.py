@@ -90,6 +90,35 @@ def test_a_tree_votes_for_the_edge_of_a_bar_that_it_never_saw_and_for_nothing_in
     assert tree.edges[leaf(tree, cells, (20, column + 10))].size == 0
 
 
+def test_a_split_by_entropy_has_the_gain_of_the_printed_equation():
+    rng = np.random.default_rng(6)
+    values, classes = rng.random((4, 40)).astype(np.float32), (rng.random(40) < 0.4).astype(np.uint8)
+    feature, threshold, gain = _best(values, classes, 5, True)
+
+    def bits(labels):
+        shares = np.bincount(labels, minlength=2) / len(labels)
+        return -sum(share * np.log2(share) for share in shares if share)
+
+    def gain_of(row, level):
+        left, right = classes[row < level], classes[row >= level]
+        return bits(classes) - len(left) / 40 * bits(left) - len(right) / 40 * bits(right)  # eq. 2.11
+
+    levels = [(np.sort(row)[5:-5] + np.sort(row)[6:-4]) / 2 for row in values]
+    assert gain == pytest.approx(
+        max(gain_of(row, level) for row, at in zip(values, levels, strict=True) for level in at)
+    )
+    assert gain == pytest.approx(gain_of(values[feature], threshold))
+
+
+def test_a_tree_grown_by_entropy_is_another_one_and_finds_the_bar_too():
+    gini, entropy = (
+        train_tree(bars(np.random.default_rng(1), 20), 100, Growth(criterion=name), np.random.default_rng(2))
+        for name in ("gini", "entropy")
+    )
+    assert len(entropy.child) > 3
+    assert not np.array_equal(gini.threshold, entropy.threshold)
+
+
 def test_the_same_seed_grows_the_same_forest_and_another_seed_another_one():
     first, again, other = (
         train_tree(bars(np.random.default_rng(1), 6), 60, Growth(), np.random.default_rng(seed)) for seed in (2, 2, 3)

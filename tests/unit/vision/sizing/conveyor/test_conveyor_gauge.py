@@ -16,7 +16,7 @@ from vision.sizing.conveyor import gauge as conveyor
 from vision.sizing.conveyor.barriers import Barriers, find_barriers, grey_light
 from vision.sizing.conveyor.camera_view import ConveyorReference, conveyor_view
 from vision.sizing.conveyor.gauge import ConveyorGauge, diameters_mm
-from vision.sizing.conveyor.published_experiments import experiment, homography
+from vision.sizing.conveyor.published_experiments import experiment, homography, local_area_widths, traced_widths
 
 BAR = Bar(165.0, 20.0, 0.0)
 CAMERA_MM = 2600.0
@@ -219,6 +219,58 @@ def test_experiments_count_pixels_to_within_what_pixels_allow(number):
     assert experiment(number, pictures[0], barriers, line.spacing_mm).size == 0
 
 
+def test_the_homography_is_the_mean_of_five_and_not_one_of_them():
+    line = line_of(thermal_camera(CAMERA_MM, roll_deg=1.0))
+    barriers = find_barriers(np.mean([grey_light(one) for one in line.pictures(2, 0)], axis=0, dtype=np.float32))
+    rows = len(barriers.light)
+    each = []
+    for high in (0.0, 0.1 * rows, 0.2 * rows, 0.3 * rows, 0.4 * rows):
+        (a, b), (c, d) = barriers.columns(np.array([rows - 1.0, high]))
+        seen = np.array([[a, rows - 1], [b, rows - 1], [c, high], [d, high]], np.float32)
+        wanted = np.array([[a, rows - 1], [b, rows - 1], [a, high], [b, high]], np.float32)
+        each.append(cv2.getPerspectiveTransform(seen, wanted))
+    assert homography(barriers) == pytest.approx(np.mean([one / one[2, 2] for one in each], axis=0), abs=1e-6)
+    assert np.abs(homography(barriers) - each[0]).max() > 1e-4
+
+
+def drawn_edges(slope=0.1, columns=(30, 90), shape=(120, 160)):
+    """Thin edges of a bar that runs obliquely, a short boundary beside it, and one inside it."""
+    edges = np.zeros(shape, bool)
+    rows = np.arange(shape[0])
+    for column in columns:
+        edges[rows, np.rint(column + slope * rows).astype(int)] = True
+    edges[50:62, 20] = edges[70:85, 70] = True
+    return edges, 0.5 * sum(columns) + slope * rows
+
+
+def test_tracing_counts_the_pixels_between_the_longest_boundary_on_each_side():
+    edges, middle = drawn_edges()
+    assert np.abs(traced_widths(edges, middle) - 60).max() <= 0.5
+    edges[40:44] = False  # both boundaries broken: the longer halves are B_max
+    width_px = traced_widths(edges, middle)
+    assert np.isnan(width_px[:44]).all()
+    assert np.abs(width_px[44:] - 60).max() <= 0.5
+
+
+def test_the_local_area_moves_down_and_across_and_its_lines_are_as_far_apart_as_the_edges():
+    edges, _ = drawn_edges()
+    place, width_px = local_area_widths(edges, (85, 20), 5)
+    assert np.abs(width_px - 60).max() < 0.3
+    assert len(np.unique(place)) == 21
+    assert np.bincount(place.astype(int)).max() > 2
+
+
+@pytest.mark.parametrize("number", [1, 2, 3, 4])
+@pytest.mark.parametrize("scale", [1, 2, 3])
+def test_every_experiment_sizes_a_bar_of_any_width_in_pixels(number, scale):
+    line = line_of()
+    pictures = [cv2.resize(one, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC) for one in line.pictures(2, 1)]
+    barriers = find_barriers(np.mean([grey_light(one) for one in pictures[:2]], axis=0, dtype=np.float32))
+    sized = experiment(number, pictures[2], barriers, line.spacing_mm)
+    assert sized.size > 20
+    assert sized.mean() == pytest.approx(BAR.diameter_mm, abs=2.5)
+
+
 def test_wrong_calls_are_named():
     pictures = line_of().pictures(1, 0)
     with pytest.raises(ValueError, match="spacing_mm"):
@@ -310,10 +362,10 @@ def test_a_black_hot_camera_is_not_an_empty_line():
     line = line_of()
     pictures = [255 - picture for picture in line.pictures(2, 1)]
     reading = ConveyorGauge(pictures[:2], reference_of(line)).measure(pictures[2])
-    assert reading.reasons.names == ["edge_not_found", "darker_than_line"]
+    assert reading.reasons.names == ["edge_not_found", "dark_bar"]
 
 
-@pytest.mark.parametrize(("dimmed_by", "reasons"), [(0.4, []), (0.2, ["edge_not_found", "gain_changed"])])
+@pytest.mark.parametrize(("dimmed_by", "reasons"), [(0.4, []), (0.2, ["edge_not_found", "dark_bar"])])
 def test_a_camera_that_dims_the_line_for_the_bar_is_not_an_empty_line(dimmed_by, reasons):
     line = line_of()
     *empty, shown = (picture.astype(np.float64) for picture in line.pictures(2, 1))

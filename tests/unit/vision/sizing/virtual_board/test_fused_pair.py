@@ -6,14 +6,24 @@ from mill_scenes import perfect_rig
 
 from appliance.simulation.bars.bars import Bar
 from appliance.simulation.bars.line_scene import Scene
+from appliance.simulation.bars.study_scenes import draw
 from appliance.simulation.true_rig import default_rig
+from appliance.sizing.trust import trust_percent
 from vision.alignment.view_alignment import Alignment
 from vision.alignment.virtual_boards import VirtualBoards
+from vision.fusion.common_view import common_rectangle
 from vision.fusion.methods import METHODS
+from vision.geometry.homography import transformed
 from vision.geometry.turned_region import whole_picture
+from vision.reasons import Reason
+from vision.sent_picture import SentPicture
 from vision.sizing.virtual_board.gauge import VirtualBoardGauge
+from vision.sizing.virtual_board.one_camera import OneCameraGauge
+from vision.sizing.virtual_board.parameters import Parameters
+from vision.sizing.virtual_board.reading import Corrections, VirtualBoardReading, held_against
 
 DIAMETER_MM = 180.0
+ONE_VIEW = Corrections(projective_boards=False, tangent_crossing=False)
 
 
 @pytest.fixture(scope="module")
@@ -55,6 +65,41 @@ def test_a_pattern_on_the_plane_coincides_after_alignment_and_not_on_another_pla
     assert apart(height_mm + 40.0) > 10.0
 
 
+@pytest.mark.parametrize("height_mm", [0.0, 90.0, 200.0])
+def test_t_rl_takes_the_right_pixel_of_a_point_on_the_board_to_its_left_pixel(rig, pair, height_mm):
+    left, right = map(whole_picture, (rig.left, rig.right), pair)
+    alignment = Alignment(rig, VirtualBoards.of_rig(rig), left, right, projective=True)
+    points = np.array([[-80.0, -60.0, height_mm], [90.0, 40.0, height_mm], [10.0, 120.0, height_mm]])
+    places = [
+        camera.undistort(camera.project(points)) @ camera.K[:2, :2].T + camera.K[:2, 2]
+        for camera in (rig.left, rig.right)
+    ]
+    assert transformed(alignment.right_to_left(height_mm), places[1]) == pytest.approx(places[0], abs=0.01)
+    assert np.abs(places[0] - places[1]).max() > 5
+
+
+def test_c_is_the_median_area_of_the_frame_s_boundaries_and_sigma_of_a_frame_the_median_of_its_windows(rig, pair):
+    gauge = VirtualBoardGauge(rig, edges="sobel")
+    reading = gauge.measure(*pair)
+    sent = [SentPicture.of(picture) for picture in pair]
+    areas = np.hstack([gauge.view(view, one, gauge.bars(view, one)[0])[1].areas for view, one in enumerate(sent)])
+    assert gauge._uncorrupted_area == pytest.approx(np.median(areas), rel=0.05)
+    assert reading.weighted_deviation_mm == np.median(reading.window_sigmas_mm[reading.window_kept])
+
+
+def test_one_camera_on_its_board_s_plane_is_off_and_on_the_plane_of_the_edges_it_is_not(rig, pair):
+    on_board = OneCameraGauge(rig, corrections=ONE_VIEW).measure(*pair)
+    height_mm = VirtualBoardGauge(rig).measure(*pair).plane_height_mm
+    lifted = OneCameraGauge(rig, plane_mm=height_mm, corrections=ONE_VIEW).measure(*pair)
+    other = OneCameraGauge(rig, "right", height_mm, corrections=ONE_VIEW).measure(*pair)
+    for reading in (lifted, other):
+        assert DIAMETER_MM < reading.diameter_mm < DIAMETER_MM + 12  # the tangents' width over the axis
+        assert on_board.diameter_mm > reading.diameter_mm + 4
+    assert all(one.reasons == Reason.UNCERTAINTY_UNKNOWN for one in (on_board, lifted, other))
+    with pytest.raises(ValueError, match="side"):
+        OneCameraGauge(rig, "middle")
+
+
 def test_what_only_the_left_camera_sees_is_the_left_picture(rig):
     pictures = np.full((600, 800), 200, dtype=np.uint8), np.full((600, 800), 30, dtype=np.uint8)
     left, right = map(whole_picture, (rig.left, rig.right), pictures)
@@ -69,6 +114,57 @@ def test_route_v_measures_a_clean_bar_on_every_fused_picture_of_a_symmetric_rig(
     reading = VirtualBoardGauge(rig, edges="sobel", fusion=method).measure(*pair)
     assert reading.valid
     assert reading.diameter_mm == pytest.approx(DIAMETER_MM, abs=1.0)
+
+
+@pytest.fixture(scope="module")
+def oblique():
+    """A rig whose cameras stand unlike each other, and a pair: the bar's outlines differ by several pixels in width."""
+    scene = draw("clean", 0)
+    return scene, VirtualBoardGauge(perfect_rig(scene.rig, scene.response), edges="sobel")
+
+
+@pytest.mark.parametrize("method", ["fk4", "fft", "minimum", "maximum"])
+def test_u_of_a_fused_value_holds_though_the_views_widths_differ(oblique, method):
+    scene, alone = oblique
+    apart = alone.measure(scene.left, scene.right)
+    fused = VirtualBoardGauge(alone.rig, edges="sobel", fusion=method).measure(scene.left, scene.right)
+    assert fused.valid
+    error_mm = abs(fused.diameter_mm - scene.truth["diameter_mm"])
+    assert error_mm <= fused.expanded_uncertainty_mm
+    assert fused.expanded_uncertainty_mm >= 2 / np.sqrt(3) * abs(fused.diameter_mm - apart.diameter_mm)
+
+
+def test_a_fused_value_that_its_views_cannot_judge_has_no_uncertainty_a_reason_and_no_trust():
+    fused = VirtualBoardReading(
+        diameter_mm=100.0, u_edge_mm=0.01, u_board_mm=0.01, u_model_mm=0.01, windows_kept=9, windows_total=10
+    )
+    judged = held_against(fused, VirtualBoardReading(reasons=Reason.VIEWS_DISAGREE))
+    assert judged.valid
+    assert judged.reasons == Reason.UNCERTAINTY_UNKNOWN
+    assert np.isnan(judged.expanded_uncertainty_mm)
+    assert trust_percent(judged.size_reading()) == 0.0
+
+
+def test_a_changed_parameter_says_that_its_uncertainty_is_not_known(rig, pair):
+    reading = VirtualBoardGauge(rig, edges="sobel", parameters=Parameters(sample_count=5)).measure(*pair)
+    assert reading.reasons == Reason.UNCERTAINTY_UNKNOWN
+    assert reading.diameter_mm == pytest.approx(DIAMETER_MM, abs=1.0)
+
+
+def test_both_cameras_see_a_part_of_the_left_view_and_the_rectangle_holds_nothing_else(rig, pair):
+    left, right = map(whole_picture, (rig.left, rig.right), pair)
+    seen = Alignment(rig, VirtualBoards.of_rig(rig), left, right, projective=True).seen_by_both(100.0)
+    rectangle = common_rectangle(seen)
+    assert 0.3 < seen.mean() < 0.99
+    assert seen[rectangle].all()
+    assert seen[rectangle].size > 0.5 * seen.sum()
+
+
+def test_the_common_rectangle_is_the_largest_one():
+    seen = np.zeros((80, 160), bool)
+    seen[16:64, 8:72] = seen[40:48, 0:160] = True
+    assert common_rectangle(seen) == (slice(16, 64), slice(8, 72))
+    assert seen[common_rectangle(~np.ones((80, 160), bool))].size == 0
 
 
 def test_an_unknown_fusion_is_named(rig):

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from vision.edges.binary import denoised
 from vision.geometry.robust_line import robust_line
 from vision.sizing.virtual_board.boundaries_of_interest import boundaries_of_interest, hot_mask
+from vision.sizing.virtual_board.parameters import PRINTED_PARAMETERS, SERVED_PARAMETERS, Parameters
 from vision.sizing.virtual_board.random_regression import WindowPoints, random_regression, two_sides, windowed
 from vision.sizing.virtual_board.weighted_deviation import (
     similarity_ratio,
@@ -40,6 +42,48 @@ def test_the_boundaries_enclose_the_bar_s_two_edges_and_nothing_else(method):
     points = found.traced()
     near = np.minimum(np.abs(points[:, 0] - 39.5), np.abs(points[:, 0] - 99.5))
     assert np.mean(near <= 4) > 0.95
+
+
+def ramped_picture():
+    """Edges of every strength: the step between a dark and a bright half grows from row to row."""
+    picture = np.full((80, 160), 20.0)
+    picture[:, 40:100] += np.linspace(4, 220, 80)[:, None]
+    return picture.astype(np.uint8)
+
+
+def test_the_higher_beta_the_fewer_edges_and_at_the_served_one_all_above_half_of_otsus_level():
+    picture = ramped_picture()
+    everywhere = np.ones_like(picture)
+
+    def pixels(beta):
+        return int(boundaries_of_interest(picture, everywhere, "sobel", Parameters(beta=beta)).thin.sum())
+
+    counted = [pixels(beta) for beta in (60, 120, 240, 250)]
+    assert counted[0] > counted[1] > counted[2] >= counted[3] > 0
+    assert counted[2] < 0.85 * counted[1]
+
+
+def test_alpha_is_the_factor_on_otsus_threshold_of_the_picture():
+    picture = np.full((80, 160), 20, np.uint8)
+    picture[:, 40:70], picture[:, 70:100] = 200, 115  # Otsu's threshold is 115: the dimmer half is at it
+    areas = [int(hot_mask(picture, alpha).sum()) for alpha in (0.95, 1.1)]
+    assert areas[0] > 1.6 * areas[1]
+
+
+def test_as_printed_specks_of_two_pixels_are_noise_by_algorithm_4_and_the_served_route_keeps_them():
+    picture = bar_picture(noise=6.0)
+    printed, served = (
+        boundaries_of_interest(picture, np.ones_like(picture), "sobel", parameters)
+        for parameters in (PRINTED_PARAMETERS, Parameters(beta=PRINTED_PARAMETERS.beta, least_neighbours=1))
+    )
+    assert np.array_equal(printed.thin.astype(bool), denoised(served.thin.astype(bool)))
+    assert SERVED_PARAMETERS.least_neighbours == 1
+
+
+@pytest.mark.parametrize("wrong", [{"alpha": 0}, {"beta": 0}, {"beta": 256}, {"sample_points": 1}, {"boards": 1}])
+def test_a_parameter_out_of_bounds_is_named(wrong):
+    with pytest.raises(ValueError, match=next(iter(wrong))):
+        Parameters(**wrong)
 
 
 def test_a_picture_without_edges_has_no_boundaries():

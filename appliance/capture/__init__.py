@@ -1,0 +1,1 @@
+"""Taking pictures from the configured cameras: boards, the empty line, references of ingots, recordings."""

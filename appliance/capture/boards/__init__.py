@@ -1,0 +1,1 @@
+"""The checkerboard: on paper, and before both cameras."""

@@ -1,0 +1,159 @@
+"""`hotgauge capture recording`: what the cameras send in N seconds, without loss, as a recording.
+
+Grey, colour and mosaic pictures become PNG; luma of a network stream becomes FFV1 (RFC 9043), which keeps its planes,
+its range and its matrix, so that it is measured as if it came from the camera.
+"""
+
+import csv
+import io
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import NamedTuple, Protocol, Self
+
+from appliance.cameras.settings import LivenessSettings
+from appliance.cameras.source import Frame, FramePair, PairSource, PictureSource
+from appliance.capture.believed_pairs import believed
+from appliance.capture.console import Console
+from appliance.capture.error import CaptureError
+from appliance.capture.luma_video import LumaVideo
+from appliance.capture.picture_writer import keep_coding, write_picture, write_whole
+from vision.sent_picture import SentPicture
+
+SIDES = ("left", "right")
+LOST_MOST_SHARE = 0.05  # chosen: from here on the sentence at the end says that the computer is too slow
+FIRST_WITHIN_S = 30.0  # for the first picture to come
+
+
+class Recorded(NamedTuple):
+    """What was recorded.
+
+    Attributes
+    ----------
+    frames, lost : int
+        Exposures that were stored, and those that came meanwhile and were not.
+    size : tuple of int
+        (columns, rows).
+    """
+
+    frames: int
+    lost: int
+    size: tuple[int, int]
+
+
+def record(
+    source: PairSource | PictureSource, settings: LivenessSettings, folder: Path, seconds: float, console: Console
+) -> Recorded:
+    """Store what comes in so many seconds, counted from the first picture.
+
+    Parameters
+    ----------
+    source : PairSource or PictureSource
+        Not opened yet.
+    settings : LivenessSettings
+    folder : Path
+        New or empty.
+    seconds : float
+    console : Console
+
+    Raises
+    ------
+    CaptureError
+        The folder is not empty or cannot be written, or no picture came.
+    CameraError
+        A camera is lost.
+    """
+    if folder.exists() and any(folder.iterdir()):
+        raise CaptureError(f"{folder}: is not empty; give a new or empty folder")
+    with source, _Recorder(folder) as recorder:
+        for exposed in believed(source, settings, FIRST_WITHIN_S + seconds):
+            if recorder.seconds_at(exposed) >= seconds:
+                break
+            recorder.add(exposed)
+            console.live(f"{recorder.seconds_at(exposed):.1f} of {seconds:g} s, {recorder.lost} lost")
+    return Recorded(recorder.frames, recorder.lost, recorder.size)
+
+
+class _Track(Protocol):
+    """Where the pictures of one camera go."""
+
+    def write(self, number: int, picture: SentPicture, since_first_s: float, /) -> None: ...
+
+    def close(self) -> None: ...
+
+
+class _PngTrack:
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def write(self, number: int, picture: SentPicture, _since_first_s: float) -> None:
+        write_picture(self._folder / f"{number:06}.png", picture)
+
+    def close(self) -> None:
+        pass
+
+
+class _Recorder:
+    """Writes exposures as they come; both cameras' pictures at once."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._first: FramePair | Frame | None = None
+        self._tracks: list[_Track] = []
+        self._stamps: list[tuple[int, int, int]] = []
+        self.frames = self.lost = 0
+        self.size = (0, 0)
+
+    def __enter__(self) -> Self:
+        self._pool = ThreadPoolExecutor(len(SIDES))
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._pool.shutdown()
+        for track in self._tracks:
+            track.close()
+        if self._stamps:
+            self._write_stamps()
+
+    def seconds_at(self, exposed: FramePair | Frame) -> float:
+        """Time from the first exposure to this one."""
+        return 0.0 if self._first is None else exposed.exposed_monotonic_s - self._first.exposed_monotonic_s
+
+    def add(self, exposed: FramePair | Frame) -> None:
+        """Store an exposure; raises `CaptureError` where it cannot be written."""
+        pictures = _pictures(exposed)
+        if self._first is None:
+            self._first = exposed
+            self.size = pictures[0].size
+            keep_coding(self._folder, pictures[0].coding)
+            places = [self._folder / side for side in SIDES] if isinstance(exposed, FramePair) else [self._folder]
+            self._tracks = [_track(place, picture) for place, picture in zip(places, pictures, strict=True)]
+        number, since_s = self.frames, self.seconds_at(exposed)
+        writes = [
+            self._pool.submit(track.write, number, picture, since_s)
+            for track, picture in zip(self._tracks, pictures, strict=True)
+        ]
+        for write in writes:
+            write.result()
+        if isinstance(exposed, FramePair):
+            self._stamps.append((number, exposed.left_us, exposed.right_us))
+        self.lost = exposed.dropped - self._first.dropped
+        self.frames += 1
+
+    def _write_stamps(self) -> None:
+        text = io.StringIO()
+        table = csv.writer(text, lineterminator="\n")
+        table.writerow(("frame", "left_us", "right_us"))
+        table.writerows(self._stamps)
+        write_whole(self._folder / "timestamps.csv", text.getvalue().encode())
+
+
+def _pictures(exposed: FramePair | Frame) -> tuple[SentPicture, ...]:
+    if isinstance(exposed, FramePair):
+        return exposed.pictures
+    return (exposed.sent or SentPicture.of(exposed.picture),)
+
+
+def _track(place: Path, picture: SentPicture) -> _Track:
+    if picture.coding.samples == "luma":
+        return LumaVideo(place.with_suffix(".mkv") if place.name in SIDES else place / "video.mkv", picture)
+    return _PngTrack(place)

@@ -1,0 +1,1 @@
+"""Readings of a recording held against its truth."""

@@ -1,0 +1,56 @@
+"""`hotgauge compare`: readings of a recording against its truth, as a table and a plot."""
+
+from pathlib import Path
+from typing import Any, TypeVar
+
+from appliance.comparison.ends import compared_ends, end_lines
+from appliance.comparison.files import ComparisonError, EndTruth, read_rows, read_truth
+from appliance.comparison.plots import plot_ends, plot_sizes
+from appliance.comparison.sizes import Sizes, compared, size_lines
+
+TruthT = TypeVar("TruthT")
+
+
+def compare(readings: Path, truth: Path, plot: Path | None = None) -> list[str]:
+    """Table of a comparison.
+
+    Parameters
+    ----------
+    readings : Path
+        What `measure` or `orient` wrote.
+    truth : Path
+        See `read_truth`.
+    plot : Path or None
+        Picture to write.
+
+    Raises
+    ------
+    ComparisonError
+        A file cannot be read, readings and truth are not of one kind, or they share no frame.
+    PlotsMissingError
+        `plot` is given and Matplotlib is not installed.
+    OSError
+        The plot cannot be written.
+    """
+    rows, known = read_rows(readings), read_truth(truth)
+    of_ends = any("ssim_top" in row for row in rows)
+    if not any(row.get("frame") in known for row in rows):
+        raise ComparisonError(f"{truth}: shares no frame with {readings}; give the truth of the same recording")
+    ends = {frame: one for frame, one in known.items() if isinstance(one, EndTruth)}
+    if of_ends != bool(ends):
+        kinds = ("ingots", "bars") if of_ends else ("bars", "ingots")
+        raise ComparisonError(f"{readings} are readings of {kinds[0]}, {truth} is of {kinds[1]}; give two of a kind")
+    return _ends(rows, ends, plot) if of_ends else _sizes(rows, known, plot)
+
+
+def _ends(rows: list[dict[str, Any]], truth: dict[int, EndTruth], plot: Path | None) -> list[str]:
+    if plot is not None:
+        plot_ends(rows, truth, plot)
+    return end_lines(compared_ends(rows, truth))
+
+
+def _sizes(rows: list[dict[str, Any]], known: Any, plot: Path | None) -> list[str]:
+    sizes = Sizes.of(rows, known)
+    if plot is not None:
+        plot_sizes(sizes, plot)
+    return size_lines(compared(sizes))

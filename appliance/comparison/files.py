@@ -1,0 +1,123 @@
+"""Reads what `measure` and `orient` wrote, and the truth of a recording."""
+
+import csv
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple, cast
+
+from appliance.errors import HotgaugeError
+
+SIZE_TRUTH, END_TRUTH = "truth.json", "truth.csv"
+_END_COLUMNS = frozenset({"frame", "present", "label", "state"})
+
+
+class ComparisonError(HotgaugeError):
+    """Readings and truth cannot be compared; the message says what, where and what to do."""
+
+
+class EndTruth(NamedTuple):
+    """What is true of a picture of the ingot line.
+
+    Attributes
+    ----------
+    present : bool
+        The whole end of an ingot on the line is in view.
+    label : str
+        top, bottom, or nothing.
+    state : str
+        empty, hanging, lowering, placed or leaving.
+    """
+
+    present: bool
+    label: str
+    state: str
+
+
+SizeTruth = dict[int, float | None]  # frame to diameter, mm; None: no bar that can be measured
+Rows = list[dict[str, Any]]
+
+
+def read_rows(path: Path) -> Rows:
+    """Rows of a file that `measure` or `orient` wrote: CSV if its suffix is `.csv`, else JSON lines.
+
+    Fields of CSV become numbers, bool, or None where they are empty; reasons stay text.
+
+    Raises
+    ------
+    ComparisonError
+        The file cannot be read, or holds no rows.
+    """
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            if path.suffix.lower() == ".csv":
+                rows: Rows = [{name: _value(text) for name, text in row.items()} for row in csv.DictReader(file)]
+            else:
+                rows = [json.loads(line) for line in file if line.strip()]
+    except OSError as error:
+        raise ComparisonError(
+            f"{path}: cannot be read ({error.strerror}); give what measure or orient wrote"
+        ) from error
+    except (ValueError, csv.Error) as error:
+        raise ComparisonError(
+            f"{path}: is neither CSV nor JSON lines ({error}); give what measure or orient wrote"
+        ) from error
+    if not rows or not all(isinstance(row, dict) for row in cast("list[object]", rows)):
+        raise ComparisonError(f"{path}: holds no readings; give what hotgauge measure or hotgauge orient wrote")
+    return rows
+
+
+def _value(text: str | None) -> float | int | bool | str | None:
+    if text in {None, ""}:
+        return None
+    if text in {"true", "false"}:
+        return text == "true"
+    try:
+        number = float(cast("str", text))
+    except ValueError:
+        return text
+    return int(number) if number.is_integer() and "." not in cast("str", text) else number
+
+
+def read_truth(path: Path) -> SizeTruth | dict[int, EndTruth]:
+    """Truth of a recording: `truth.json` of bars, `truth.csv` of ingots, or the folder that holds one.
+
+    Raises
+    ------
+    ComparisonError
+        There is no such file, or it holds no truth.
+    """
+    if path.is_dir():
+        there = [path / name for name in (SIZE_TRUTH, END_TRUTH) if (path / name).is_file()]
+        if not there:
+            raise ComparisonError(f"{path}: has neither {SIZE_TRUTH} nor {END_TRUTH}; give a recording with truth")
+        path = there[0]
+    try:
+        text = path.read_text(encoding="utf-8")
+        return _end_truth(text) if path.suffix.lower() == ".csv" else _size_truth(json.loads(text))
+    except OSError as error:
+        raise ComparisonError(f"{path}: cannot be read ({error.strerror}); give a recording's truth") from error
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise ComparisonError(
+            f"{path}: is no truth ({error}); give truth.json with frames and diameter_mm, or truth.csv of ingots"
+        ) from error
+
+
+def _size_truth(document: Mapping[str, Any]) -> SizeTruth:
+    shared = document.get("diameter_mm")
+    truth: SizeTruth = {}
+    for row in document["frames"]:
+        diameter_mm = None if row.get("empty") else row.get("diameter_mm", shared)
+        if diameter_mm is not None and not (math.isfinite(diameter_mm) and diameter_mm > 0):
+            raise ValueError(f"frame {row['frame']} has the diameter {diameter_mm}")
+        truth[int(row["frame"])] = diameter_mm
+    return truth
+
+
+def _end_truth(text: str) -> dict[int, EndTruth]:
+    reader = csv.DictReader(text.splitlines())
+    missing = _END_COLUMNS - set(reader.fieldnames or ())
+    if missing:
+        raise ValueError(f"the column {min(missing)} is missing")
+    return {int(row["frame"]): EndTruth(row["present"] == "1", row["label"], row["state"]) for row in reader}

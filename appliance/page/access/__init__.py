@@ -1,0 +1,1 @@
+"""Who may see and do what on the page: users, log-ins, attempts, and what guards every request."""

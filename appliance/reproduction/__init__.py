@@ -1,0 +1,1 @@
+"""The experiments of the dissertation, made again: `hotgauge reproduce`."""

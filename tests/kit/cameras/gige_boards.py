@@ -1,0 +1,60 @@
+"""Two fake GigE cameras that see boards, and `hotgauge capture` before them; runs in a network of its own.
+
+python gige_boards.py BOARDS OUTPUT
+"""
+
+import contextlib
+import subprocess
+import sys
+from pathlib import Path
+
+from running import HOTGAUGE
+from shown_boards import BOARD_WORDS, HEIGHT_WORDS
+
+POSES, HELD_S = 7, 1.2  # of cameras that run freely at 10 Hz, a pair now and then shows two poses and is refused
+CAMERAS = {"GV01": ("127.0.0.1", "left"), "GV02": ("127.0.0.2", "right")}
+CONFIG = """
+[sizing.camera]
+kind = "genicam"
+left = "GV01"
+right = "GV02"
+region = [0, 0, 800, 600]
+rate_hz = 10.0
+exposure_us = 3000.0
+[sizing.liveness]
+apart_max_us = 60000
+"""
+
+
+@contextlib.contextmanager
+def gige_camera(serial, folder, held_s):
+    address, side = CAMERAS[serial]
+    script = Path(__file__).with_name("gige_camera.py")
+    words = [sys.executable, script, address, serial, "--show", folder / side, str(held_s)]
+    with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout.readline() == "ready\n"
+            yield
+        finally:
+            process.kill()
+
+
+def capture(boards, *words):
+    with gige_camera("GV01", boards, HELD_S), gige_camera("GV02", boards, HELD_S):
+        subprocess.run([HOTGAUGE, "capture", *map(str, words)], check=True, timeout=60)
+
+
+def main():
+    boards, output = map(Path, sys.argv[1:])
+    config = output / "gige.toml"
+    config.write_text(CONFIG)
+    told = ["--config", config]
+    rig = ["--output", output / "rig"]
+    capture(boards / "boards", "boards", *rig, *BOARD_WORDS, "--poses", POSES, "--within", 40, *told)
+    for height in ("low", "high"):
+        capture(boards / height, "registration", *rig, *HEIGHT_WORDS, "--height", height, *told)
+    capture(boards / "boards", "recording", "--output", output / "recording", "--seconds", 1, *told)
+
+
+if __name__ == "__main__":
+    main()

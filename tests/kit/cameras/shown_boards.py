@@ -1,0 +1,27 @@
+"""Folders of board pictures for cameras that show folders: poses, low board, high board, each left and right."""
+
+import cv2
+import numpy as np
+
+from appliance.simulation.bars.line_scene import Scene
+from appliance.simulation.boards.board_pictures import rig_folder_pictures
+from appliance.simulation.boards.boards import Board
+from appliance.simulation.sensor import Sensor
+from appliance.simulation.true_rig import default_rig
+
+BOARD = Board()
+BOARD_WORDS = ["--squares", "8x5", "--mm", "50", "--u-mm", "0.01"]
+HEIGHT_WORDS = ["--low-mm", str(BOARD.low_mm), "--high-mm", str(BOARD.high_mm), "--height-u-mm", "0.1"]
+
+
+def write_boards(folder, poses, seed=3):
+    """Folders `boards`, `low` and `high` below a folder, with `left` and `right` in each; the true rig."""
+    rig = default_rig()
+    scene = Scene(rig, seed, Sensor())
+    for place, left, right in rig_folder_pictures(scene, rig, np.random.default_rng(seed), BOARD, poses):
+        name = place.partition("{side}_")[2]
+        kind = name.removesuffix(".png") if place.startswith("registration") else "boards"
+        for side, picture in (("left", left), ("right", right)):
+            (folder / kind / side).mkdir(parents=True, exist_ok=True)
+            cv2.imwrite(str(folder / kind / side / name), picture)
+    return rig

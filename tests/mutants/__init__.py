@@ -1,0 +1,1 @@
+"""Mutants of the code, drawn at random: does any test notice?"""

@@ -1,0 +1,81 @@
+"""A camera that has turned by 0.02 or 0.05 degrees since its calibration: told by its still marks, and corrected."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from calibrated_rigs import off_response, rig_with_marks
+
+from appliance.simulation.bars.real_line import draw_line
+from studies.served_diameter import rounded
+from vision.calibration.acceptance import CalibrationError
+from vision.reasons import Reason
+from vision.sizing.gauge import Gauge
+from vision.sizing.passing_bar import PassingBar
+
+TEXT = (
+    "One camera turned about an axis of random direction through its own centre since the calibration; a clean bar, "
+    "the other camera still, 3 frames; rigs and calibrations as in served_diameter, 800 x 600. Uncorrected: the same "
+    "pictures by a rig without still marks. Told: calibration_due in one of the frames."
+)
+DEGREES = (0.02, 0.05)
+SEEDS = range(5000, 5015)
+FRAMES = 3
+SAMPLE = 2
+FRAME_PERIOD_S = 0.04
+
+
+def cases():
+    return [{"degrees": degrees, "seed": seed} for seed in SEEDS for degrees in DEGREES]
+
+
+def run(case):
+    line = draw_line(case["seed"], ("nudge",))
+    side, turn = next(iter(line.nudges.items()))
+    turn = tuple((case["degrees"] * np.array(turn) / np.linalg.norm(turn)).tolist())
+    line = replace(line, nudges={side: turn})
+    try:
+        rig = rig_with_marks(case["seed"])
+    except CalibrationError:
+        return {"refused": True}
+    pairs = [[off_response(picture, case["seed"]) for picture in pair] for pair in line.pairs(FRAMES)]
+    gauge, bar, truth_mm = Gauge(rig, 0.0), PassingBar(), line.setup.bars[0].diameter_mm
+    readings = [bar.add(gauge.measure(*pair), FRAME_PERIOD_S * frame) for frame, pair in enumerate(pairs)]
+    marks = [len(one.patch) for one in rig.marks]
+    blind = Gauge(replace(rig, marks=tuple(type(one)(one.place_px[:0], one.patch[:0]) for one in rig.marks)), 0.0)
+    return {
+        "refused": False,
+        "marks": min(marks),
+        "told": any(Reason.CALIBRATION_DUE in one.reasons or Reason.CAMERA_MOVED in one.reasons for one in readings),
+        "error_mm": [_or_none(one.diameter_mm - truth_mm) for one in readings],
+        "expanded_mm": [_or_none(one.expanded_uncertainty_mm) for one in readings],
+        "uncorrected_error_mm": _or_none(blind.measure(*pairs[0]).diameter_mm - truth_mm),
+        "reasons": sorted({name for one in readings for name in one.reasons.names}),
+    }
+
+
+def _or_none(value):
+    return rounded(value) if math.isfinite(value) else None
+
+
+def summary(rows):
+    return {str(degrees): _of_turn([row for row in rows if row["degrees"] == degrees]) for degrees in DEGREES}
+
+
+def _of_turn(rows):
+    rows = [row for row in rows if not row["refused"]]
+    pairs = [pair for row in rows for pair in zip(row["error_mm"], row["expanded_mm"], strict=True)]
+    error, expanded = np.array([pair for pair in pairs if pair[0] is not None]).T
+    before = np.array([row["uncorrected_error_mm"] for row in rows if row["uncorrected_error_mm"] is not None])
+    return {
+        "cameras": len(rows),
+        "told": sum(row["told"] for row in rows),
+        "frames": FRAMES * len(rows),
+        "served": rounded(len(error) / FRAMES / len(rows)),
+        "rmse_mm": rounded(np.sqrt(np.mean(error**2))),
+        "worst_mm": rounded(np.abs(error).max()),
+        "inside": rounded(np.mean(np.abs(error) <= expanded)),
+        "median_expanded_mm": rounded(np.median(expanded)),
+        "uncorrected_rmse_mm": rounded(np.sqrt(np.mean(before**2))),
+        "uncorrected_worst_mm": rounded(np.abs(before).max()),
+    }

@@ -1,0 +1,57 @@
+"""What is claimed of a line with all effects: served frames, the passing bar, bars side by side, a nudged camera."""
+
+import json
+
+import numpy as np
+import pytest
+
+from studies.__main__ import RESULTS
+
+LEAST_INSIDE, LEAST_SERVED = 0.93, 0.97
+
+
+def summary(name):
+    return json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))["summary"]
+
+
+@pytest.fixture(scope="module")
+def line():
+    return summary("real_line")["all"]
+
+
+def test_no_value_is_wrong_and_nearly_every_frame_has_one(line):
+    assert line["wrong_values"] == 0
+    assert line["served"] >= LEAST_SERVED
+
+
+@pytest.mark.parametrize("prefix", ["", "bar_"])
+def test_the_interval_holds_and_half_of_it_does_not(line, prefix):
+    assert line[f"{prefix}inside"] >= LEAST_INSIDE
+    assert line[f"{prefix}inside_half"] < LEAST_INSIDE
+
+
+@pytest.mark.parametrize("count", ["2", "3", "4"])
+def test_bars_side_by_side_are_each_measured_and_none_is_invented(count):
+    found = summary("bars_side_by_side")[count]
+    assert found["false_values"] == 0
+    assert found["worst_mm"] <= 0.15
+    assert found["values"] >= 0.9 * found["bars"]
+
+
+def test_a_camera_turned_by_a_twentieth_of_a_degree_is_corrected():
+    turned = summary("nudged_camera")["0.05"]
+    assert turned["worst_mm"] <= 0.3
+    assert turned["uncorrected_worst_mm"] > 0.3
+
+
+def test_a_turn_of_a_fiftieth_of_a_degree_is_told():
+    turned = summary("nudged_camera")["0.02"]
+    assert turned["told"] >= 0.9 * turned["cameras"]
+    assert turned["worst_mm"] <= 0.3
+
+
+def test_the_bar_s_value_is_within_0_12_mm_under_shimmer_and_hop():
+    rows = json.loads((RESULTS / "real_line.json").read_text(encoding="utf-8"))["rows"]
+    mine = [row for row in rows if row.get("bar_error_mm") is not None and {"shimmer", "hop"} & set(row["effects"])]
+    mine = [row["bar_error_mm"] for row in mine if not {"oval", "scale"} & set(row["effects"])]
+    assert np.sqrt(np.mean(np.square(mine))) <= 0.12

@@ -1,0 +1,68 @@
+"""Two GigE Vision cameras as a pair, in a network of their own: what goes wrong with them, and that it is told.
+
+The study `cameras` does the same for longer.
+"""
+
+import json
+import struct
+import sys
+
+import gige_cameras
+import pytest
+
+from appliance.cameras.genicam.trigger import CONTROL_PORT, action_packet
+
+PAIRS = 100
+
+
+def test_pairs_that_count_were_exposed_together_whether_they_run_freely_or_are_fired():
+    found = gige_cameras.scenario("some_pairs", timeout=60)
+    for kind in ("free", "fired"):
+        assert found[kind]["pairs"] == PAIRS
+        assert found[kind]["mismatches"] == 0
+        assert found[kind]["out_of_order"] == 0
+
+
+def test_packets_too_large_for_the_network_are_a_fault_and_smaller_ones_are_found():
+    found = gige_cameras.scenario("wrong_packet_size", timeout=90, mtu=9000)
+    assert found["pairs_before"] == 50
+    assert found["fault"] == "camera_lost"
+    assert "every picture for 3 s came incomplete" in found["sentence"]
+    assert found["fault_after_s"] < 10
+    assert found["back_after_s"] < 30
+    assert max(found["packet_bytes_after"]) <= 1500 < min(found["packet_bytes"])
+
+
+def test_what_a_camera_is_told_of_action_commands_clock_and_chunks_arrives_in_its_registers():
+    found = gige_cameras.scenario("told_features", timeout=60)
+    assert found == {"ActionDeviceKey": 0x486F7467, "ActionGroupKey": 1, "ActionGroupMask": 1, "PtpEnable": 1}
+
+
+def test_an_action_command_is_the_packet_of_the_standard():
+    """Key 0x42, no flags, command 0x0100 (ACTION_CMD), 12 bytes, its number; then both keys and the mask."""
+    expected = bytes([0x42, 0, 1, 0, 0, 12, 0x12, 0x34]) + struct.pack(">III", 0x486F7467, 1, 1)
+    assert action_packet(0x1234) == expected
+
+
+LISTENER = """
+import json, socket, time
+from appliance.cameras.genicam.trigger import ActionCommand, Firing
+with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listener:
+    listener.bind(("", {port}))
+    listener.settimeout(5)
+    command = ActionCommand(["127.0.0.1", "127.0.0.1"])
+    firing = Firing(command.send, 20.0)
+    begun = time.monotonic()
+    got = [listener.recv(100).hex() for _ in range(10)]
+    took = time.monotonic() - begun
+    firing.close()
+    command.close()
+print(json.dumps([got, took]))
+"""
+
+
+def test_action_commands_go_to_all_on_the_network_in_rhythm():
+    code = LISTENER.format(port=CONTROL_PORT)
+    got, took = json.loads(gige_cameras.in_own_network(sys.executable, "-c", code, timeout=30).splitlines()[-1])
+    assert got == [action_packet(number).hex() for number in range(1, 11)]
+    assert took == pytest.approx(9 / 20, abs=0.3)

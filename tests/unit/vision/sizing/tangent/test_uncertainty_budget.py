@@ -1,0 +1,96 @@
+"""Parts of the budget against what happens to the diameter when a limb is moved and the cylinder fitted again."""
+
+import math
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from tangent_rays import FOCAL_PX, START, TRUTH, tangent_rays
+
+from vision.reasons import Reason
+from vision.sizing.tangent import uncertainty_budget as budget
+from vision.sizing.tangent.cylinder_fit import fit_cylinder
+from vision.sizing.tangent.gauge import _reasons_of_limbs
+
+LIMBS = range(4)
+RAYS = tangent_rays()
+FIT = fit_cylinder(RAYS, START)
+
+
+def grown_mm(moved_px):
+    """Growth of the diameter when each limb is moved outwards by so many pixels."""
+    direction = RAYS.direction.copy()
+    for limb, px in enumerate(moved_px):
+        mine = RAYS.limb == limb
+        across = np.cross(direction[mine], [0.0, 1.0, 0.0])
+        across *= np.sign(across[:, :1]) * RAYS.side[mine][:, None]  # outwards: away from the axis in x
+        direction[mine] += px / FOCAL_PX * across / np.linalg.norm(across, axis=1, keepdims=True)
+    return fit_cylinder(replace(RAYS, direction=direction), START).diameter_mm - FIT.diameter_mm
+
+
+def limb(**changes):
+    perfect = {
+        "dark": np.array([0.02]),
+        "bright": np.array([0.9]),
+        "blur_px": 0.0,
+        "shading_px": 0.0,
+        "clipped_share": 0.0,
+        "is_guess": False,
+        "u_compression_px": 0.0,
+    }
+    return SimpleNamespace(**perfect | changes)
+
+
+def parts(monkeypatch, limbs, *, lift_mm=0.0, centres_mm=((0.0, 0.0, 2500.0), (0.0, 0.0, 2500.0))):
+    monkeypatch.setattr(budget, "_calibration_mm", lambda *_: 0.0)
+    cameras = [SimpleNamespace(centre_mm=np.array(centre)) for centre in centres_mm]
+    rig = SimpleNamespace(left=cameras[0], right=cameras[1], response="linear", square_relative_u=0.0)
+    parameters = FIT.parameters.copy()
+    parameters[1] = parameters[4] + lift_mm
+    fit = replace(FIT, parameters=parameters, residual_px=np.zeros(len(RAYS.limb)), weight=np.ones(len(RAYS.limb)))
+    points = SimpleNamespace(limb=RAYS.limb)
+    return budget.uncertainty_budget(fit, points, rig, limbs, ovality_mm=0.0, moved_px=(0.0, 0.0))
+
+
+@pytest.mark.parametrize("moved", LIMBS)
+def test_the_reach_of_each_limb_is_what_the_diameter_grows_by(moved):
+    reach_mm = budget._reach_mm(FIT, SimpleNamespace(limb=RAYS.limb), moved)
+    assert reach_mm == pytest.approx(grown_mm([0.1 if one == moved else 0.0 for one in LIMBS]) / 0.1, rel=0.02)
+
+
+def test_overexposure_of_all_limbs_moves_them_together(monkeypatch):
+    found = parts(monkeypatch, [limb(clipped_share=0.4)] * 4)
+    assert found.light_mm == pytest.approx(abs(grown_mm([0.2] * 4)), rel=0.02)
+
+
+@pytest.mark.parametrize("spoilt", LIMBS)
+def test_doubts_of_one_limb_count_by_its_own_reach(monkeypatch, spoilt):
+    alone = [0.1 if one == spoilt else 0.0 for one in LIMBS]
+    coded = parts(monkeypatch, [limb(u_compression_px=px) for px in alone])
+    assert coded.light_mm == pytest.approx(abs(grown_mm(alone)), rel=0.02)
+    shaded = parts(monkeypatch, [limb(shading_px=px / budget.U_SHADING) for px in alone])
+    places = [grown_mm([budget.U_PLACE_PX if one == moved else 0.0 for one in LIMBS]) for moved in LIMBS]
+    assert shaded.model_mm == pytest.approx(math.hypot(grown_mm(alone), *places), rel=0.02)
+
+
+def test_a_guessed_channel_is_a_doubt_of_its_own_size(monkeypatch):
+    found = parts(monkeypatch, [limb(is_guess=True)] * 4)
+    assert found.light_mm == pytest.approx(abs(grown_mm([budget.GUESS_SHIFT_PX] * 4)), rel=0.02)
+
+
+@pytest.mark.parametrize("nearer", [0, 1])
+def test_a_bar_that_floats_is_judged_from_the_nearer_camera(monkeypatch, nearer):
+    centres = [(0.0, 0.0, 3000.0), (0.0, 0.0, 3000.0)]
+    centres[nearer] = (0.0, 0.0, 2000.0)
+    lifted, lying = (parts(monkeypatch, [limb()] * 4, lift_mm=mm, centres_mm=centres).model_mm for mm in (5.0, 0.0))
+    assert math.sqrt(lifted**2 - lying**2) == pytest.approx(2 * TRUTH[4] * 5.0 / 2000.0 / math.sqrt(2), rel=1e-6)
+
+
+def test_overexposed_limbs_are_a_reason_beside_others():
+    weak = limb(bright=np.array([0.03]), clipped_share=0.0)
+    clipped = limb(clipped_share=0.5)
+    limbs, shown = [weak, clipped, limb(), limb()], list(LIMBS)
+    assert _reasons_of_limbs(limbs, shown) == Reason.LOW_CONTRAST | Reason.SOME_EDGES_CLIPPED
+    assert _reasons_of_limbs([limb(), clipped, limb(), limb()], shown) == Reason.SOME_EDGES_CLIPPED
+    assert _reasons_of_limbs([limb()] * 4, shown) == Reason.NONE

@@ -1,0 +1,60 @@
+"""Bars side by side keep their slots."""
+
+import math
+
+from vision.readings import SizeReading
+from vision.reasons import Reason
+from vision.sizing.side_by_side import SideBySide
+
+PERIOD_S = 0.04
+
+
+def bar(offset_mm, diameter_mm=100.0):
+    return SizeReading(
+        diameter_mm=diameter_mm, expanded_uncertainty_mm=0.1, offset_mm=offset_mm,
+        u_edge_mm=0.01, u_calibration_mm=0.02, u_board_mm=0.02, u_light_mm=0.02, u_shape_mm=0.0, u_model_mm=0.02,
+    )  # fmt: skip
+
+
+HIDDEN = SizeReading(reasons=Reason.ONE_CAMERA)
+
+
+def slots(side_by_side):
+    return [one.diameter_mm for one in side_by_side.slots]
+
+
+def test_bars_are_numbered_from_smaller_x_and_keep_their_slots_while_they_sway():
+    passing = SideBySide()
+    for frame in range(10):
+        result = passing.add((bar(-90.0 - frame, 80.0), bar(90.0 + 2 * frame, 120.0)), PERIOD_S * frame)
+    assert [one.diameter_mm for one in result] == [80.0, 120.0]
+    assert [one.bar_frames for one in result] == [10, 10]
+    assert slots(passing)[:2] == [80.0, 120.0]
+    assert passing.slots[2].reasons == Reason.NO_BAR
+
+
+def test_a_bar_that_is_hidden_has_no_value_and_comes_back_into_its_slot():
+    passing = SideBySide()
+    passing.add((bar(-90.0, 80.0), bar(90.0, 120.0)), 0.0)
+    passing.add((bar(90.0, 120.0), HIDDEN), PERIOD_S)
+    assert math.isnan(passing.slots[0].diameter_mm)
+    assert slots(passing)[1] == 120.0
+    passing.add((bar(-90.0, 80.0), bar(90.0, 120.0)), 2 * PERIOD_S)
+    assert slots(passing)[:2] == [80.0, 120.0]
+
+
+def test_a_bar_that_leaves_frees_its_slot_and_moves_no_other():
+    passing = SideBySide()
+    passing.add((bar(-90.0, 80.0), bar(90.0, 120.0)), 0.0)
+    for frame in range(1, 100):
+        passing.add((bar(90.0, 120.0), bar(250.0, 60.0)), PERIOD_S * frame)
+    assert slots(passing)[1] == 120.0
+    assert 60.0 in slots(passing)
+    assert 80.0 not in slots(passing)
+
+
+def test_more_bars_than_slots_are_measured_but_have_none():
+    passing = SideBySide()
+    result = passing.add(tuple(bar(100.0 * place) for place in range(5)), 0.0)
+    assert len(result) == 5
+    assert not any(math.isnan(diameter) for diameter in slots(passing))

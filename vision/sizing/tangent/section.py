@@ -1,0 +1,97 @@
+"""What the limbs of both views tell of the bar's section and of its height, and what they cannot tell.
+
+Each limb is one tangent to the section. A section whose widths differ by o has the support function
+h(t) = D / 2 + (o / 4) cos 2 (t - t0) in the direction t, so that limbs along t_i move the fitted diameter by
+sum of G_i (o / 4) cos 2 (t_i - t0), G_i being the diameter's growth per millimetre of limb i: at most C o / 2 with
+C = |sum of G_i exp(2 i t_i)| / 2. Four limbs have one residual; it shows the component of o that the views see.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vision.sizing.limits import LIMB_SIDES
+from vision.sizing.tangent.cylinder_fit import CylinderFit, EdgeRays, touched_points
+from vision.sizing.tangent.edge_points import EdgePoints
+
+Array = NDArray[np.float64]
+
+CIRCLE_PARAMETERS = 3  # across, height and radius of a circle in the section
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SectionView:
+    """The section as its limbs show it.
+
+    Attributes
+    ----------
+    unseen_share : float
+        C: largest error of the diameter over half of the ovality; 1 where the views see no more than one width.
+    seen_ovality_mm : float
+        Least ovality that the limbs' residuals call for, less their noise; 0 with three limbs.
+    height_slope : float
+        Growth of the diameter per millimetre by which the axis seems higher because one view has shifted sideways.
+    """
+
+    unseen_share: float
+    seen_ovality_mm: float
+    height_slope: float
+
+
+def section_view(fit: CylinderFit, points: EdgePoints, rays: EdgeRays) -> SectionView:
+    """What the limbs tell of the section.
+
+    Parameters
+    ----------
+    fit : CylinderFit
+    points : EdgePoints
+        Points that the cylinder was fitted to.
+    rays : EdgeRays
+        Theirs.
+    """
+    limbs = range(int(points.limb.max()) + 1)
+    _, outwards = touched_points(fit.parameters, rays)
+    mean = np.array([outwards[points.limb == limb].mean(axis=0) for limb in limbs])
+    turn = np.arctan2(mean[:, 2], mean[:, 0])
+    growth = np.array([-2 * np.sum(fit.gain[4, points.limb == limb]) for limb in limbs])
+    return SectionView(
+        unseen_share=float(np.abs(growth @ np.exp(2j * turn)) / 2),
+        seen_ovality_mm=_seen_ovality_mm(fit, points, turn),
+        height_slope=_height_slope(fit, points),
+    )
+
+
+def _seen_ovality_mm(fit: CylinderFit, points: EdgePoints, turn: Array) -> float:
+    if len(turn) <= CIRCLE_PARAMETERS:
+        return 0.0
+    place_mm, u_mm = np.array([_limb_place_mm(fit, points, limb) for limb in range(len(turn))]).T
+    circle = np.column_stack([np.cos(turn), np.sin(turn), np.ones(len(turn))])
+    unseen = np.linalg.svd(circle)[0][:, CIRCLE_PARAMETERS]  # the one pattern of places that no circle explains
+    per_ovality = float(abs(unseen @ np.exp(2j * turn))) / 4
+    noise2 = float(unseen**2 @ u_mm**2)
+    return math.sqrt(max(float(unseen @ place_mm) ** 2 - noise2, 0.0)) / max(per_ovality, 1e-9)
+
+
+def _limb_place_mm(fit: CylinderFit, points: EdgePoints, limb: int) -> tuple[float, float]:
+    """How far a limb lies outside the cylinder, mm, and its standard uncertainty from the scatter of its windows."""
+    mine = (points.limb == limb) & (fit.weight > 0)
+    if not mine.any():
+        return 0.0, math.inf
+    outwards_mm = fit.residual_px[mine] / fit.pixel_per_mm[mine]
+    window = points.window[mine]
+    means = np.bincount(window, outwards_mm) / np.maximum(np.bincount(window), 1)
+    means = means[np.bincount(window) > 0]
+    return float(np.median(outwards_mm)), float(means.std() / math.sqrt(max(len(means) - 1, 1)))
+
+
+def _height_slope(fit: CylinderFit, points: EdgePoints) -> float:
+    """The larger of both views' slopes |dD / dh| when the view's limbs shift sideways together."""
+    largest = 0.0
+    for view in range(2):
+        shift = -(fit.gain @ np.where(points.view == view, np.where(points.side < 0, *LIMB_SIDES), 0.0))
+        apparent_mm = shift[1] - shift[4]
+        if abs(apparent_mm) > 1e-6:
+            largest = max(largest, abs(float(2 * shift[4] / apparent_mm)))
+    return largest
