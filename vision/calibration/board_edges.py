@@ -27,13 +27,13 @@ class Noise(NamedTuple):
 
     Attributes
     ----------
-    count : float
-        Triples of pixels in a row or column.
+    triples : float
+        Of pixels in a row or column.
     next_to_square, apart_square : float
         Sums of squares of c(x - d) - 2 c(x) + c(x + d), d being 1 and 2 pixels, over those triples.
     """
 
-    count: float
+    triples: float
     next_to_square: float
     apart_square: float
 

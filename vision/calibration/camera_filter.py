@@ -9,15 +9,13 @@ light moves neither (docs/studies/camera_light.json).
 
 from collections.abc import Sequence
 
-import numpy as np
-
-from vision.calibration.board_edges import BoardEdges
+from vision.calibration.board_edges import NO_NOISE, BoardEdges
 from vision.sent_picture import Coding
 
 LEAST_OVERSHOOT = 0.015  # chosen: of the step from black to white; compression leaves less
 LEAST_CORRELATION = 0.03  # chosen: of neighbours' noise; a tenth of a Gaussian of 1 px makes it
 LEAST_NOISE_CODES = 0.4  # less is hidden by the steps of the code values
-LEAST_COUNT = 10_000
+LEAST_TRIPLES = 10_000
 
 
 def filter_warning(pictures: Sequence[tuple[BoardEdges, Coding]], overshoot: float) -> str:
@@ -60,7 +58,7 @@ def noise_correlation(pictures: Sequence[tuple[BoardEdges, Coding]]) -> float:
         0 where compression or a lack of noise hides it.
     """
     noise = [edges.noise for edges, coding in pictures if coding.compression == "none"]
-    count, next_to, apart = np.sum(noise, axis=0) if noise else np.zeros(3)
-    if count < LEAST_COUNT or apart / count < 6 * LEAST_NOISE_CODES**2:
+    triples, next_to, apart = (sum(one[part] for one in noise) for part in range(len(NO_NOISE)))
+    if triples < LEAST_TRIPLES or apart / triples < 6 * LEAST_NOISE_CODES**2:
         return 0.0
-    return float(1 - next_to / apart)
+    return 1 - next_to / apart

@@ -8,7 +8,6 @@ from typing import Any
 import av
 import numpy as np
 from av.error import FFmpegError
-from av.sidedata.sidedata import Type as SideData
 from av.video.frame import PictureType
 from numpy.typing import NDArray
 
@@ -165,17 +164,17 @@ def turned(picture: SentPicture, rotation_deg: int) -> SentPicture:
 
 
 def _quantiser(frame: av.VideoFrame) -> float | None:
-    for data in frame.side_data:
-        if data.type != SideData.VIDEO_ENC_PARAMS:
-            continue
-        # AVVideoEncParams and its AVVideoBlockParams of FFmpeg's libavutil/video_enc_params.h
-        content = bytes(data)
-        count, offset, size, kind, base = struct.unpack_from("@INNii", content)
-        if kind == H264_PARAMETERS and count:
-            blocks = np.frombuffer(content, np.int32, count * size // 4, offset).reshape(count, -1)
-            above_8_bits = frame.format.components[0].bits - 8
-            return base + float(np.percentile(blocks[:, 4], COARSEST_PERCENT)) - BITS_QUANTISER * above_8_bits
-    return None
+    try:
+        content = bytes(frame.side_data["VIDEO_ENC_PARAMS"])
+    except KeyError:
+        return None
+    # AVVideoEncParams and its AVVideoBlockParams of FFmpeg's libavutil/video_enc_params.h
+    count, offset, size, kind, base = struct.unpack_from("@INNii", content)
+    if kind != H264_PARAMETERS or not count:
+        return None
+    blocks = np.frombuffer(content, np.int32, count * size // 4, offset).reshape(count, -1)
+    above_8_bits = frame.format.components[0].bits - 8
+    return base + float(np.percentile(blocks[:, 4], COARSEST_PERCENT)) - BITS_QUANTISER * above_8_bits
 
 
 def _luma_weights(frame: av.VideoFrame) -> tuple[float, float]:

@@ -94,7 +94,7 @@ def _with_slopes(coordinate: Points) -> Light:
 
 
 @njit(nogil=True, cache=True)
-def _print(x, y, squares, sheet, light):  # type: ignore[no-untyped-def]
+def _print(x: Light, y: Light, squares: tuple[int, int], sheet: Light, light: Light) -> None:
     columns, rows = squares
     for i in range(x.shape[1]):
         for j in range(x.shape[2]):
@@ -115,13 +115,13 @@ def _print(x, y, squares, sheet, light):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True, cache=True)
-def _between(x, width, low, high):  # type: ignore[no-untyped-def]
+def _between(x: float, width: float, low: float, high: float) -> float:
     """Part of a cell that lies between two lines of the print."""
     return min(max((x - low) / width + 0.5, 0.0), 1.0) * min(max((high - x) / width + 0.5, 0.0), 1.0)
 
 
 @njit(nogil=True, cache=True)
-def _alternating(x, width, squares):  # type: ignore[no-untyped-def]
+def _alternating(x: float, width: float, squares: int) -> float:
     """1 in the first, -1 in the second square and so on, and between them where a line crosses a cell.
 
     The pattern's outer lines are left to `_between`; the first square is black, a margin of one square is white.
