@@ -58,11 +58,12 @@ tables: $(VENV)/installed-dev
 # mbpoll, libmodbus and two packages of npm are Modbus clients that nobody here wrote; the tests read the appliance with
 # them. They also build systemd-python, have systemd check the unit, and boot it in a container. GStreamer's RTSP server and Aravis' fake
 # camera are the network cameras of the tests; PyGObject is built to speak to both. Reports need Pango, and their tests
-# look at their pages; the page for people is driven in Chromium
+# look at their pages; the page for people is driven in Chromium. Mosquitto is the broker of the tests, and Prometheus'
+# promtool tries the alert rules
 DEBIAN_PACKAGES := mbpoll libmodbus5 $(if $(shell command -v npm),,npm) libsystemd-dev pkg-config gcc systemd systemd-container \
 	gir1.2-gst-rtsp-server-1.0 gstreamer1.0-plugins-base gstreamer1.0-plugins-good gstreamer1.0-plugins-bad \
 	gstreamer1.0-plugins-ugly gir1.2-aravis-0.8 aravis-tools libgirepository1.0-dev libcairo2-dev \
-	libpangoft2-1.0-0 libharfbuzz-subset0 poppler-utils chromium
+	libpangoft2-1.0-0 libharfbuzz-subset0 poppler-utils chromium mosquitto mosquitto-clients prometheus
 packages:
 	@if dpkg-query -W $(DEBIAN_PACKAGES) > /dev/null 2>&1; then exit 0; fi; \
 	if [ "$$(id -u)" = 0 ]; then as_root=(); \

@@ -14,6 +14,7 @@
     |   +-- EmptyLineError        sizing.conveyor.empty_line no usable picture of the empty line
     +-- CaptureError              capture.error              pictures cannot be taken or kept
     +-- ReferencesError           ingot.reader_setup         no usable references of the ingots' ends
+    +-- ArchiveError              archives.recordings        a folder of recordings cannot be measured
     +-- LearnedReferencesError ingot.learned_references    no usable history of references
     +-- HistoryError              history.schema             the history cannot be read
     +-- ParquetMissingError       history.export             the library of Parquet files is not installed

@@ -32,7 +32,7 @@ from plc.rows import select
 from plc.security.refusals import Refusals, WriteLog
 from plc.security.roles import Client
 
-OnWrite = Callable[[Mapping[str, int | bool]], None]
+OnWrite = Callable[[Mapping[str, int | bool], Client], None]
 
 logger = logging.getLogger(__name__)
 
@@ -267,7 +267,7 @@ class Tables:
         if not changed:
             return
         if self._on_write is not None:
-            self._on_write(changed)
+            self._on_write(changed, client)
         logged = [
             f"{name} {_shown(name, before[name])} -> {_shown(name, raw)}"
             for name, raw in changed.items()

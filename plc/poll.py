@@ -16,7 +16,7 @@ from pymodbus.pdu import ModbusPDU
 
 from plc.codes import CODES, Bits, NamedBit, Orientation
 from plc.process_image import decode, decode_discretes, decode_set_points
-from plc.registers import DISCRETES, MEASUREMENTS, REGISTERS, SET_POINTS
+from plc.registers import BARS, DISCRETES, MEASUREMENTS, REGISTERS, SET_POINTS
 from plc.rows import WordOrder, select
 from plc.security.identity import TlsFiles
 
@@ -136,6 +136,11 @@ class Snapshot:
         What the PLC has written, in the units of the map; None for what is not set.
     words, set_point_words : tuple of int
         Words of the measurement block and of the set points, as they were on the wire.
+    bars : dict of str to float, int or None
+        The block of bars side by side, in the units of the map; None for no value. It is read after the measurement
+        block, so it may be of a later moment.
+    bar_words : tuple of int
+        Its words.
     """
 
     values: dict[str, float | int | None]
@@ -144,6 +149,8 @@ class Snapshot:
     set_points: dict[str, float | int | None] = field(default_factory=dict[str, "float | int | None"])
     words: tuple[int, ...] = ()
     set_point_words: tuple[int, ...] = ()
+    bars: dict[str, float | int | None] = field(default_factory=dict[str, "float | int | None"])
+    bar_words: tuple[int, ...] = ()
 
     @property
     def whole(self) -> bool:
@@ -209,14 +216,16 @@ def scan(client: ModbusTcpClient, place: str, word_order: WordOrder) -> Snapshot
         block = client.read_input_registers(MEASUREMENTS.start, count=len(MEASUREMENTS))
         bits = client.read_discrete_inputs(DISCRETES.start, count=len(DISCRETES))
         written = client.read_holding_registers(SET_POINTS.start, count=len(SET_POINTS))
+        several = client.read_input_registers(BARS.start, count=len(BARS))
     except (ModbusException, OSError) as error:
         raise PollError(f"{place}: connection lost; check that the gauge runs ({error})") from error
-    for answer in (block, bits, written):
+    for answer in (block, bits, written, several):
         _refuse_exception(answer, place)
     elapsed_ms = 1000 * (time.monotonic() - begun)
     try:
         numbers = decode_set_points(struct.pack(f">{len(SET_POINTS)}H", *written.registers), word_order=word_order)
         values, discretes = decode(block.registers, word_order=word_order), decode_discretes(bits.bits)
+        side_by_side = decode(several.registers, block="bars", word_order=word_order)
     except (ValueError, struct.error) as error:
         raise PollError(f"{place}: answers with less than was asked for; check that this is a gauge") from error
     return Snapshot(
@@ -226,6 +235,8 @@ def scan(client: ModbusTcpClient, place: str, word_order: WordOrder) -> Snapshot
         {name: _SET_POINT_ROWS[name].to_value(number) or None for name, number in numbers.items()},
         tuple(block.registers),
         tuple(written.registers),
+        side_by_side,
+        tuple(several.registers),
     )
 
 

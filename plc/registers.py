@@ -219,6 +219,7 @@ REGISTERS: tuple[Register, ...] = (
         _command(SHELVE_FIRST + row.address, f"shelve_{row.name.removeprefix('alarm_')}", f"0 -> 1 shelves {row.name}")
         for row in _ALARMS
     ),
+    _command(42, "keep_pictures", "0 -> 1 writes the last seconds of pictures, if the stations keep any"),
     *ring(300, "reading_ring", "reading", READING_SLOT),
     *ring(420, "ingot_ring", "ingot", INGOT_SLOT),
     *bars(540),

@@ -76,6 +76,8 @@ class SizeReading:
         Largest share of a limb's points that is overexposed.
     limb_light : float
         Light of the bar beside its darkest limb, over full scale.
+    marks_moved_px : float
+        Distance that the still marks of the camera that moved more have moved since the calibration.
     method : str
         Route that gave `diameter_mm`.
     """
@@ -110,6 +112,7 @@ class SizeReading:
     bar_ovality_expanded_uncertainty_mm: float = math.nan
     clipped_share: float = math.nan
     limb_light: float = math.nan
+    marks_moved_px: float = math.nan
     method: str = "tangent"
 
     @property

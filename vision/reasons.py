@@ -33,7 +33,7 @@ class Reason(enum.IntFlag):
     BARRIER_HEIGHT = 1 << 19
     POOR_ALIGNMENT = 1 << 20
     BOARD_HELD = 1 << 21
-    DARK_BAR = 1 << 22
+    ADJUSTED = 1 << 22
     UNCERTAINTY_UNKNOWN = 1 << 23
     ROUTES_DISAGREE = 1 << 24
     CALIBRATION_DUE = 1 << 25
@@ -42,6 +42,7 @@ class Reason(enum.IntFlag):
     BAR_TAIL = 1 << 28
     BARRIER_HIDDEN = 1 << 29
     BARRIER_BENT = 1 << 30
+    DARK_BAR = 1 << 31
     SHIMMER = 1 << 31
 
     @property
@@ -91,7 +92,7 @@ REASONS: tuple[ReasonRow, ...] = (
     ReasonRow(Reason.BARRIER_HEIGHT, False, "the barriers' faces contradict the heights that are given; do they hang?"),
     ReasonRow(Reason.POOR_ALIGNMENT, False, "the outlines overlap worse than a round bar's do on this rig"),
     ReasonRow(Reason.BOARD_HELD, False, "without a bar the virtual board stays at its last height"),
-    ReasonRow(Reason.DARK_BAR, False, "the bar is no lighter than the empty line: cold, or shown black-hot or dimmed"),
+    ReasonRow(Reason.ADJUSTED, False, "a known error of the gauge was taken off (sizing.adjustment)"),
     ReasonRow(Reason.UNCERTAINTY_UNKNOWN, False, "how far the value may be wrong is not known; it has no trust"),
     ReasonRow(Reason.ROUTES_DISAGREE, False, "two routes, or two places along the bar, differ by more than U allows"),
     ReasonRow(Reason.CALIBRATION_DUE, False, "a camera has moved since its calibration; calibrate again"),
@@ -100,6 +101,7 @@ REASONS: tuple[ReasonRow, ...] = (
     ReasonRow(Reason.BAR_TAIL, False, "the bar's tail lies in the measuring region"),
     ReasonRow(Reason.BARRIER_HIDDEN, False, "a barrier of the conveyor is not found, or partly hidden"),
     ReasonRow(Reason.BARRIER_BENT, False, "a barrier of the conveyor is not straight in the picture"),
+    ReasonRow(Reason.DARK_BAR, False, "the bar is no lighter than the empty line: cold, or shown black-hot or dimmed"),
     ReasonRow(Reason.SHIMMER, False, "hot air or scale displaces the bar's edges by more than 0.2 px"),
 )
 

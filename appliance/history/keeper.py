@@ -4,6 +4,7 @@ import asyncio
 import importlib.metadata
 import time
 from collections.abc import Callable
+from datetime import UTC, datetime
 from pathlib import Path
 
 from appliance.conformity.plc_inputs import PlcInputs
@@ -12,7 +13,10 @@ from appliance.diagnostics.faults import Faults
 from appliance.history.recorder import Recorder
 from appliance.history.settings import HistorySettings
 from appliance.history.tables import Row
+from appliance.history.verified import calibration_due
 from appliance.history.writer import HistoryWriter
+
+VERIFICATION_PERIOD_S = 30.0
 
 
 class HistoryKeeper:
@@ -27,6 +31,8 @@ class HistoryKeeper:
         Gives the file that makes millimetres of pixels now; None where there is none.
     trust_min : float
         Mean trust below which a bar is undecided.
+    deliver : callable, optional
+        Gets each row, too, whether or not a history is kept; must not wait.
     wall : callable
         Wall time, seconds since 1970.
 
@@ -43,6 +49,7 @@ class HistoryKeeper:
         scale_file: Callable[[], Path | None],
         *,
         trust_min: float,
+        deliver: Callable[[Row], None] | None = None,
         wall: Callable[[], float] = time.time,
     ) -> None:
         run_utc_ms = round(1000 * wall())
@@ -50,15 +57,32 @@ class HistoryKeeper:
         if settings.directory is not None:
             version = importlib.metadata.version("hotgauge")
             self._writer = HistoryWriter(settings.directory, settings, run_utc_ms, version=version, wall=wall)
-        put = _discard if self._writer is None else self._writer.put
-        self.recorder = Recorder(put, run_utc_ms, settings, inputs, trust_min=trust_min, wall=wall)
+        self._deliver = deliver
+        self.recorder = Recorder(self._put, run_utc_ms, settings, inputs, trust_min=trust_min, wall=wall)
         self._scale_file = scale_file
+        self._folder = settings.directory
+        self._due_days = settings.verification_due_days
+        self._due = ""
+        self._wall = wall
 
     async def keep(self) -> None:
         """Write until cancelled."""
         if self._writer is not None:
             self._writer.start()
-        await self.recorder.watch_calibration(self._scale_file)
+        async with asyncio.TaskGroup() as tasks:
+            tasks.create_task(self.recorder.watch_calibration(self._scale_file))
+            if self._folder is not None:
+                tasks.create_task(self._watch_verifications(self._folder))
+
+    async def _watch_verifications(self, folder: Path) -> None:
+        """See again and again whether the calibration in force is verified; `hotgauge verify` is another process."""
+        while True:
+            await asyncio.sleep(VERIFICATION_PERIOD_S)
+            if self.recorder.calibration:
+                now = datetime.fromtimestamp(self._wall(), tz=UTC)
+                self._due = await asyncio.to_thread(
+                    calibration_due, folder, self.recorder.calibration, self._due_days, now
+                )
 
     def update(self, faults: Faults, alarms: Alarms) -> None:
         """Keep what has changed in faults and alarms since the last call, and tell of trouble with the disk.
@@ -73,6 +97,7 @@ class HistoryKeeper:
             trouble, damage = self._writer.trouble, self._writer.damage
             faults.report("history_not_written", active=bool(trouble), detail=trouble)
             faults.report("history_damaged", active=bool(damage), detail=damage)
+        faults.report("calibration_due", active=bool(self._due), detail=self._due)
         self.recorder.update_faults(faults.details)
         self.recorder.update_alarms(alarms.active, alarms.unacknowledged)
 
@@ -82,6 +107,8 @@ class HistoryKeeper:
         if self._writer is not None:
             await asyncio.to_thread(self._writer.stop)
 
-
-def _discard(_: Row) -> None:
-    """Keep nothing."""
+    def _put(self, row: Row) -> None:
+        if self._writer is not None:
+            self._writer.put(row)
+        if self._deliver is not None:
+            self._deliver(row)

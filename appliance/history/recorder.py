@@ -12,17 +12,22 @@ from pathlib import Path
 
 from appliance.conformity.plc_inputs import PlcInputs
 from appliance.diagnostics.fault_table import FAULTS
-from appliance.history.bar_record import BarRecord
+from appliance.history.bar_record import BarRecord, Mean
 from appliance.history.settings import HistorySettings
 from appliance.history.tables import Row, Value
 from appliance.ingot.message import IngotVerdict
+from appliance.sizing.adjustment import Adjustment
 from appliance.sizing.message import ReadingMessage
 from plc.registers import REGISTERS
 from plc.rows import Value as Served
+from plc.security.roles import Client
 from vision.reasons import Reason
 
 EMPTY_PERIOD_S = 60.0
 CALIBRATION_PERIOD_S = 60.0
+MARKS_FIRST = 100  # readings after which a day's check of the still marks is kept for the first time
+MARKS_PERIOD_MS = 3_600_000
+MS_PER_DAY = 86_400_000
 _FAULTS = {row.name: row for row in FAULTS}
 _REGISTERS = {row.name: row for row in REGISTERS}
 _FROM_READING = (
@@ -63,6 +68,11 @@ class Recorder:
         Mean trust below which a bar is undecided.
     wall : callable
         Wall time, seconds since 1970.
+
+    Attributes
+    ----------
+    calibration : str
+        SHA-256 of the file that makes millimetres of pixels now; empty before it was read.
     """
 
     def __init__(
@@ -87,7 +97,10 @@ class Recorder:
         self._faults: dict[tuple[str, str], dict[str, Value]] = {}
         self._alarms: dict[str, dict[str, Value]] = {}
         self._unacknowledged: dict[str, dict[str, Value]] = {}
-        self._calibration = ""
+        self.calibration = ""
+        self._adjustment = Adjustment()
+        self._marks = Mean()
+        self._marks_day_ms = self._marks_kept_ms = 0
 
     def add_reading(self, message: ReadingMessage, served: Mapping[str, Served]) -> None:
         """Count a new reading.
@@ -98,6 +111,8 @@ class Recorder:
         served : mapping of str to value
             Values of the registers that belong to it, by name, `bar_sequence` included.
         """
+        if not math.isnan(message.reading.marks_moved_px):
+            self._count_marks(message)
         if self._is_kept(message, served):
             self._put("readings", self._reading(message, served))
         bar = int(served.get("bar_sequence") or 0)
@@ -127,12 +142,28 @@ class Recorder:
         values |= verdict.model_dump(include={"orientation", "confidence", "ssim_top", "ssim_bottom"})
         self._put("ingots", values | {"product_id": self._inputs.product_id, "simulated": simulated})
 
-    def add_writes(self, changed: Mapping[str, int | bool]) -> None:
-        """Keep what a client has changed; its heartbeat is no news."""
+    def add_writes(self, changed: Mapping[str, int | bool], client: Client) -> None:
+        """Keep what a client has changed; its heartbeat is no news.
+
+        Parameters
+        ----------
+        changed : mapping of str to int or bool
+            New numbers by name.
+        client : Client
+            Who has written.
+        """
+        who: dict[str, Value] = {"role": str(client.role), "address": client.address, "certificate": client.certificate}
         for name, number in changed.items():
             if name != "plc_heartbeat":
                 value = float(number) if isinstance(number, bool) else _REGISTERS[name].to_value(number)
-                self._put("set_point_writes", {"written_utc_ms": self._now_utc_ms(), "name": name, "value": value})
+                written: dict[str, Value] = {"written_utc_ms": self._now_utc_ms(), "name": name, "value": value}
+                self._put("set_point_writes", written | who)
+
+    def set_adjustment(self, adjustment: Adjustment) -> None:
+        """Keep the known error that is taken off from now on, if there is one or there was one before."""
+        if self._adjustment.added_mm or adjustment.added_mm:
+            self._put("adjustments", {"found_utc_ms": self._now_utc_ms(), **adjustment.model_dump()})
+        self._adjustment = adjustment
 
     def update_faults(self, active: Mapping[tuple[str, str], str]) -> None:
         """Keep what has come and gone since the last call.
@@ -183,8 +214,8 @@ class Recorder:
         while True:
             file = scale_file()
             found = "" if file is None else await asyncio.to_thread(_sha256, file)
-            if found and found != self._calibration:
-                self._calibration = found
+            if found and found != self.calibration:
+                self.calibration = found
                 values: dict[str, Value] = {"found_utc_ms": self._now_utc_ms(), "file": str(file), "sha256": found}
                 self._put("calibrations", values)
             await asyncio.sleep(CALIBRATION_PERIOD_S)
@@ -200,6 +231,19 @@ class Recorder:
         self._kept_s = message.exposed_monotonic_s
         return True
 
+    def _count_marks(self, message: ReadingMessage) -> None:
+        """Keep how far the still marks have moved: one row a day, brought up to date once an hour."""
+        now_ms = self._now_utc_ms()
+        day_ms = now_ms - now_ms % MS_PER_DAY
+        if day_ms != self._marks_day_ms:
+            self._marks, self._marks_day_ms, self._marks_kept_ms = Mean(), day_ms, now_ms
+        self._marks.add(message.reading.marks_moved_px)
+        if now_ms - self._marks_kept_ms >= MARKS_PERIOD_MS or self._marks.count == MARKS_FIRST:
+            self._marks_kept_ms = now_ms
+            values: dict[str, Value] = {"day_utc_ms": day_ms, "readings": self._marks.count}
+            values |= {"mean_px": self._marks.mean, "largest_px": self._marks.largest}
+            self._put("mark_checks", values | {"simulated": message.simulated})
+
     def _reading(self, message: ReadingMessage, served: Mapping[str, Served]) -> dict[str, Value]:
         return {
             "exposed_utc_ms": message.exposed_utc_ms,
@@ -208,6 +252,7 @@ class Recorder:
             "valid": bool(served.get("measurement_valid")),
             **{column: served.get(register) for column, register in _SERVED.items()},
             **{name: getattr(message.reading, name) for name in _FROM_READING},
+            "adjustment_mm": message.adjustment_mm,
             "elapsed_ms": message.elapsed_ms,
             "product_id": self._inputs.product_id,
             "simulated": message.simulated,

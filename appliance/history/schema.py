@@ -65,6 +65,20 @@ MIGRATIONS: tuple[str, ...] = (
         PRIMARY KEY (checked_utc_ms, recording)
     ) WITHOUT ROWID;
     """,
+    """
+    ALTER TABLE readings ADD COLUMN adjustment_mm REAL;
+    ALTER TABLE set_point_writes ADD COLUMN role TEXT;
+    ALTER TABLE set_point_writes ADD COLUMN address TEXT;
+    ALTER TABLE set_point_writes ADD COLUMN certificate TEXT;
+    CREATE TABLE mark_checks (
+        day_utc_ms INTEGER, run_utc_ms INTEGER, readings INTEGER, mean_px REAL, largest_px REAL, simulated INTEGER,
+        PRIMARY KEY (day_utc_ms, run_utc_ms)
+    ) WITHOUT ROWID;
+    CREATE TABLE adjustments (
+        found_utc_ms INTEGER, run_utc_ms INTEGER, added_mm REAL, expanded_mm REAL, date TEXT, reason TEXT, who TEXT,
+        PRIMARY KEY (found_utc_ms, run_utc_ms)
+    ) WITHOUT ROWID;
+    """,
 )
 """SQL that leads from each version to the next; one that was released never changes."""
 

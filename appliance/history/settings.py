@@ -19,6 +19,14 @@ class HistorySettings(Section):
         "differ from those of the reading before it; 0 keeps all",
         json_schema_extra=unit("s"),
     )
+    verification_due_days: int = Field(
+        default=0,
+        ge=0,
+        le=3650,
+        description="Time after which a calibration is due unless hotgauge verify has passed on it; 0: never by time. "
+        "One that failed makes it due in any case",
+        json_schema_extra=unit("days"),
+    )
     days: int = Field(
         default=400, ge=1, le=36500, description="Age above which rows are deleted", json_schema_extra=unit("days")
     )

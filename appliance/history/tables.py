@@ -87,6 +87,7 @@ READINGS = Table(
             _mm(f"u_{part}", f"standard uncertainty (k = 1) from {part}")
             for part in ("edge", "calibration", "board", "light", "shape", "model")
         ),
+        _mm("adjustment", "known error that was added to the diameter (`sizing.adjustment`); 0: none"),
         Column("elapsed_ms", "number", "ms", "time that measuring took"),
         _PRODUCT,
         _SIMULATED,
@@ -182,6 +183,9 @@ SET_POINT_WRITES = Table(
         _RUN,
         Column("name", "text", "", "register or coil"),
         Column("value", "number", "", "new value, in the unit of the register; a command's level 0 or 1"),
+        Column("role", "text", "", "role of the client that wrote; on the port without TLS what `plc.writes` gives it"),
+        Column("address", "text", "", "IP address of the client"),
+        Column("certificate", "text", "", "common name in the client's certificate; empty on the port without TLS"),
     ),
 )
 
@@ -193,6 +197,33 @@ CALIBRATIONS = Table(
         _RUN,
         Column("file", "text", "", "path of the file"),
         Column("sha256", "text", "", "SHA-256 of its content"),
+    ),
+)
+
+MARK_CHECKS = Table(
+    "mark_checks",
+    "One row for each day (UTC) and run: how far the fixed background points have moved since the calibration.",
+    (
+        _time("day", "begin of the day"),
+        _RUN,
+        Column("readings", "integer", "", "readings that found the points"),
+        Column("mean_px", "number", "px", "mean of how far the points of the camera that moved more have moved"),
+        Column("largest_px", "number", "px", "largest of them; from 0.3 px on a calibration is due"),
+        _SIMULATED,
+    ),
+)
+
+ADJUSTMENTS = Table(
+    "adjustments",
+    "One row for each run in which a known error is taken off, and for each change of it.",
+    (
+        _time("found", "moment from which it counted"),
+        _RUN,
+        _mm("added", "added to every diameter; 0: none any more"),
+        _mm("expanded", "its U (k = 2)"),
+        Column("date", "text", "", "day of the verification that found it"),
+        Column("reason", "text", "", "why, and by which master"),
+        Column("who", "text", "", "who decided it"),
     ),
 )
 
@@ -229,7 +260,10 @@ RUNS = Table(
     ),
 )
 
-TABLES = (READINGS, BARS, INGOTS, ALARMS, FAULTS, SET_POINT_WRITES, CALIBRATIONS, VERIFICATIONS, RUNS)
+TABLES = (
+    READINGS, BARS, INGOTS, ALARMS, FAULTS, SET_POINT_WRITES, CALIBRATIONS, MARK_CHECKS, ADJUSTMENTS, VERIFICATIONS,
+    RUNS,
+)  # fmt: skip
 
 
 class Row(NamedTuple):

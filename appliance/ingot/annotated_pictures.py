@@ -12,7 +12,9 @@ from vision.readings import OrientationReading
 
 Picture = NDArray[np.uint8]
 
-COLOURS = {"top": (60, 60, 255), "bottom": (80, 220, 80), "undecided": (0, 200, 255)}  # blue-green-red
+# blue-green-red; Okabe and Ito's vermilion, sky blue and yellow, told apart without red and green
+COLOURS = {"top": (0, 94, 213), "bottom": (233, 180, 86), "undecided": (66, 228, 240)}
+LEGEND_PX = 34  # height, below the strip
 ENDS_IN_A_ROW = 12  # of the strip
 BORDER_PX = 3
 LARGEST_STRIP = 600  # ends; later ones are not in the strip
@@ -57,13 +59,24 @@ class Plot:
         _write(self._folder / f"{frame:06d}.jpg", shown)
 
     def write_strip(self) -> None:
-        """Write the strip of all ends, each framed in the colour of its verdict; without ends nothing is written."""
+        """Write the strip of all ends, each framed in the colour of its verdict, and a legend; nothing without ends."""
         if not self._ends:
             return
         empty = np.zeros_like(self._ends[0])
         ends = self._ends + [empty] * (-len(self._ends) % ENDS_IN_A_ROW)
         rows = [np.hstack(ends[start : start + ENDS_IN_A_ROW]) for start in range(0, len(ends), ENDS_IN_A_ROW)]
-        _write(self._folder / "ends.png", np.vstack(rows))
+        strip = np.vstack(rows)
+        _write(self._folder / "ends.png", np.vstack([strip, _legend(strip.shape[1])]))
+
+
+def _legend(width_px: int) -> Picture:
+    legend = np.zeros((LEGEND_PX, width_px, 3), np.uint8)
+    for place, (verdict, colour) in enumerate(COLOURS.items()):
+        left = 10 + 260 * place
+        cv2.rectangle(legend, (left, 9), (left + 16, 25), colour, cv2.FILLED)
+        words = "undecided" if verdict == "undecided" else f"{verdict} faces the line"
+        cv2.putText(legend, words, (left + 24, 23), cv2.FONT_HERSHEY_SIMPLEX, 0.5, colour, 1, cv2.LINE_AA)
+    return legend
 
 
 def _framed(picture: Picture, reading: OrientationReading, colour: tuple[int, int, int]) -> Picture:

@@ -56,6 +56,8 @@ class IngotMessage(StationMessage):
         is lost with a message.
     faults : dict of str to str
         Faults with which the reading is still served: names in the fault table, each with its detail.
+    not_kept : str
+        Why the last pictures of the black box could not be written; empty if they could.
     """
 
     kind: Literal["ingot"] = "ingot"
@@ -68,6 +70,7 @@ class IngotMessage(StationMessage):
     current: IngotVerdict | None
     told: tuple[IngotVerdict, ...] = ()
     faults: dict[str, str] = Field(default_factory=dict)
+    not_kept: str = ""
 
 
 MESSAGES: Messages[IngotMessage] = TypeAdapter(Annotated[StateMessage | IngotMessage, Field(discriminator="kind")])

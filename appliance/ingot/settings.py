@@ -4,6 +4,7 @@ from typing import Self
 
 from pydantic import Field, model_validator
 
+from appliance.black_box.settings import BlackBoxSettings
 from appliance.cameras.kinds import IngotCamera
 from appliance.cameras.off.settings import NoCamera
 from appliance.cameras.settings import LivenessSettings
@@ -167,6 +168,9 @@ class IngotSettings(Section):
         le=65536,
         description="Memory of the station's process, above which it ends and is started again",
         json_schema_extra=unit("MB"),
+    )
+    black_box: BlackBoxSettings = Field(
+        default_factory=BlackBoxSettings, description="Pictures kept of what led to an alarm"
     )
     liveness: LivenessSettings = Field(default_factory=LivenessSettings, description="When pictures are believed")
     limits: IngotLimits = Field(default_factory=IngotLimits, description="Limits of algorithms 15 and 16")

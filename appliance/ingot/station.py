@@ -11,15 +11,18 @@ from functools import partial
 import numpy as np
 from pydantic import TypeAdapter
 
+from appliance.black_box.black_box import BlackBox
 from appliance.cameras.liveness import Exposure, Liveness
 from appliance.cameras.source import CameraError, EndOfRecording, Frame
+from appliance.files.row_writer import Row
+from appliance.ingot.frame_rows import frame_row
 from appliance.ingot.learned_references import LearnedReferencesError
 from appliance.ingot.learning import Learning
 from appliance.ingot.reader_setup import ReferencesError, load_view, make_reader
 from appliance.ingot.reporter import IngotReporter
 from appliance.ingot.settings import IngotSettings
 from appliance.processes.link import StationLink
-from appliance.processes.message import StateMessage
+from appliance.processes.message import KeepPictures, StateMessage
 from appliance.processes.preview import Line, Lines, PreviewWriter
 from appliance.processes.station_process import fault, report_rejected, serve
 from vision.ingot.orientation_reader import IngotView, OrientationReader
@@ -44,10 +47,19 @@ def run(settings: IngotSettings, link: StationLink, closed: threading.Event) -> 
     closed : threading.Event
         Set when the link is closed.
     """
+    black_box = BlackBox(settings.black_box, "ingot")
+    link.on_line = lambda line: black_box.keep(KeepPictures.model_validate_json(line).why)
+    try:
+        _read_until(settings, link, closed, black_box)
+    finally:
+        black_box.close()
+
+
+def _read_until(settings: IngotSettings, link: StationLink, closed: threading.Event, black_box: BlackBox) -> None:
     ingots = IngotReporter(settings)
     while not closed.is_set():
         try:
-            _read(settings, ingots, link, closed)
+            _read(settings, ingots, link, closed, black_box)
         except EndOfRecording as error:
             while not closed.wait(RETRY_PAUSE_S):
                 link.send(fault("recording_over", str(error)))
@@ -58,9 +70,12 @@ def run(settings: IngotSettings, link: StationLink, closed: threading.Event) -> 
         closed.wait(RETRY_PAUSE_S)
 
 
-def _read(settings: IngotSettings, ingots: "IngotReporter", link: StationLink, closed: threading.Event) -> None:
+def _read(
+    settings: IngotSettings, ingots: IngotReporter, link: StationLink, closed: threading.Event, black_box: BlackBox
+) -> None:
     source = settings.camera.make_source()
     view = _view(settings)
+    black_box.files = _recorded_settings(settings)
     learning = _learning(settings)
     preview = PreviewWriter("ingot")
     reader: OrientationReader | None = None
@@ -77,9 +92,10 @@ def _read(settings: IngotSettings, ingots: "IngotReporter", link: StationLink, c
             started_s = time.perf_counter()
             reading = reader.read(frame.picture)
             elapsed_ms = 1000 * (time.perf_counter() - started_s)
+            black_box.add(frame, partial(_rows, frame.sequence, reading))
             preview.offer([frame.picture], partial(_lines, reading), _figures(reading, frame))
             message = ingots.report(frame, reading, elapsed_ms, dropped=link.dropped, simulated=source.simulated)
-            link.send(message.model_copy(update={"faults": verdict.faults}))
+            link.send(message.model_copy(update={"faults": verdict.faults, "not_kept": black_box.trouble}))
             with contextlib.suppress(OSError):  # a full disk costs what could be learned, not the readings
                 if learning is not None and learning.add(frame.sequence, frame.picture, reading, ingots.current):
                     view, reader = _view(settings), None
@@ -90,6 +106,20 @@ def _learning(settings: IngotSettings) -> Learning | None:
     if not settings.learn or settings.references is None:
         return None
     return Learning(settings.references, settings.classifier, "agreement")
+
+
+def _rows(number: int, reading: OrientationReading) -> list[Row]:
+    return [frame_row(number, reading)]
+
+
+def _recorded_settings(settings: IngotSettings) -> dict[str, bytes]:
+    """Settings and references, by path in a recording of the black box; read again by `hotgauge orient`."""
+    files = {"settings.json": settings.model_dump_json(indent=1).encode()}
+    if settings.references is not None:
+        for path in settings.references.iterdir():
+            if path.name in {"top.png", "bottom.png", "roi.json"}:
+                files[f"references/{path.name}"] = path.read_bytes()
+    return files
 
 
 def _lines(reading: OrientationReading) -> Lines:

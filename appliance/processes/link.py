@@ -6,6 +6,7 @@ reads late never delays a measurement; the supervisor uses the newest message.
 
 import socket
 import threading
+from collections.abc import Callable
 
 from appliance.processes.message import StationMessage
 
@@ -22,10 +23,13 @@ class StationLink:
     ----------
     dropped : int
         Messages that could not be sent because the supervisor did not read.
+    on_line : callable
+        Called, in another thread, with each line that the supervisor sends after the settings; ignored unless set.
     """
 
     def __init__(self, connection: socket.socket) -> None:
         self.dropped = 0
+        self.on_line: Callable[[bytes], None] = _ignore
         self._connection = connection
         self._one_at_a_time = threading.Lock()  # `warming` is sent from a thread of its own
         self._unsent = b""
@@ -48,3 +52,7 @@ class StationLink:
         except OSError:
             return  # the buffer is full, or the supervisor is gone (`station_process` then ends this process)
         self._unsent = self._unsent[sent:]
+
+
+def _ignore(_: bytes) -> None:
+    """Do nothing that is asked for."""

@@ -1,4 +1,4 @@
-"""Messages of a measuring process: what all have in common, and the state of the process."""
+"""Messages of a measuring process: what all have in common, the state of the process, and what it is asked for."""
 
 from typing import Literal, TypeVar, cast
 
@@ -30,6 +30,19 @@ class StateMessage(StationMessage):
     state: Literal["starting", "warming", "faulty"]
     fault: str = ""
     detail: str = ""
+
+
+class KeepPictures(StationMessage):
+    """Request of the supervisor: write the last seconds of pictures.
+
+    Attributes
+    ----------
+    why : str
+        Name of the cause.
+    """
+
+    kind: Literal["keep_pictures"] = "keep_pictures"
+    why: str
 
 
 MessageT = TypeVar("MessageT", bound=StationMessage)

@@ -24,6 +24,7 @@ FIRST_PAUSE_S = 0.2  # chosen: before the first restart; each further one in a r
 LONGEST_PAUSE_S = 3.0  # chosen
 ENDS_BEFORE_FAILING = 5  # chosen: ends in a row, the last of which makes the station `failing`
 FAILING_PAUSE_S = 30.0  # chosen
+UNREAD_MAX_BYTES = 1 << 20  # chosen: a process that leaves more unread is sent nothing
 GOOD_RUN_TIME_S = 30.0  # chosen: readings for so long end `failing`, and the count of ends begins anew
 
 
@@ -84,6 +85,7 @@ class MonitoredProcess(Generic[MessageT]):
         self._state: State = "running"
         self._ends = 0
         self._measures_since_s = math.inf
+        self._writer: asyncio.StreamWriter | None = None
 
     async def run(self) -> None:
         """Start processes until cancelled; none is left when this returns."""
@@ -105,6 +107,20 @@ class MonitoredProcess(Generic[MessageT]):
         self._settings_json = settings_json
         if self._life is not None and not self._life.done():  # between two processes the next start uses them
             self._life.cancel()
+
+    def send(self, line: bytes) -> bool:
+        """Send a line to the process that runs now; whether there is one that reads.
+
+        Parameters
+        ----------
+        line : bytes
+            Without its end.
+        """
+        writer = self._writer
+        if writer is None or writer.is_closing() or writer.transport.get_write_buffer_size() > UNREAD_MAX_BYTES:
+            return False
+        writer.write(line + b"\n")
+        return True
 
     def _count_end(self, reason: str) -> float:
         """Report an end and return the pause before the next start, seconds."""
@@ -147,8 +163,10 @@ class MonitoredProcess(Generic[MessageT]):
             reader, writer = await asyncio.open_unix_connection(sock=ours)
             try:
                 writer.write(self._settings_json.encode() + b"\n")
+                self._writer = writer
                 reason = await _listen(reader, self._messages, self._receive)
             finally:
+                self._writer = None
                 writer.close()
                 await _end(process)
         return f"{reason} ({_how_it_ended(process)})"

@@ -49,21 +49,27 @@ def serve(
         Receives the settings, the link, and an event that is set when the link is closed.
     """
     connection = socket.socket(fileno=int(sys.argv[1]))
-    with connection, connection.makefile("rb") as lines:
-        settings = settings_type.validate_json(lines.readline())
+    with connection:
+        with connection.makefile("rb", buffering=0) as lines:  # without a buffer: what follows belongs to the listener
+            settings = settings_type.validate_json(lines.readline())
         limit_process(settings.memory_max_mb)
         closed = threading.Event()
-        threading.Thread(target=_wait_for_close, args=(connection, closed), daemon=True).start()
+        link = StationLink(connection)
+        threading.Thread(target=_listen, args=(connection, link, closed), daemon=True).start()
         try:
-            run(settings, StationLink(connection), closed)
+            run(settings, link, closed)
         except MemoryError:
             os._exit(EXIT_OUT_OF_MEMORY)  # an orderly exit would need memory
 
 
-def _wait_for_close(connection: socket.socket, closed: threading.Event) -> None:
-    with contextlib.suppress(ConnectionError):  # reset: the supervisor died with unread messages
-        while connection.recv(1):
-            pass
+def _listen(connection: socket.socket, link: StationLink, closed: threading.Event) -> None:
+    """Hand lines to whom they are for until the link is closed; one that cannot be read ends the process."""
+    unread = b""
+    with contextlib.suppress(ConnectionError, ValueError):  # reset: the supervisor died with unread messages
+        while received := connection.recv(1 << 12):
+            *lines, unread = (unread + received).split(b"\n")
+            for line in lines:
+                link.on_line(line)
     closed.set()
     time.sleep(LEAVE_TIME_S)
     os._exit(1)  # the loop has not returned: it hangs in a camera driver or in native code

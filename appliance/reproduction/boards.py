@@ -75,52 +75,48 @@ class Boards(Experiment):
         """Table 4.1, figures 4.8 and 4.9, and what each correction is worth."""
         found = [result for _, result in results]
         size = results[0][0]["size"]
-        rows: list[tuple[str, ...]] = []
-        words = {"a": f"a: board {TOO_HIGH_MM:g} mm too high", "b": f"b: board {TOO_LOW_MM:g} mm too low"}
-        for name, text in (
-            words | {"right": "the board that alg. 13 finds", "none": "no virtual board: the low one"}
-        ).items():
-            planes = [one["planes"][name] for one in found]
-            rows.append(
-                (
-                    text,
-                    number(PRINTED_RMSE_MM.get(name), ".2f"),
-                    number(_mean([plane["rmse_mm"] for plane in planes]), ".2f"),
-                    number(_mean([plane["error_mm"] for plane in planes]), "+.2f"),
-                    number(_mean([plane["quality"] for plane in planes]), "+.1f"),
-                )
-            )
+        columns = ("", "RMSE, dissertation, mm", "here, mm", "mean error, mm", "Q_R, %")
         return Section(
             "Virtual boards (chapter 4)",
-            f"{len(found)} frames of {size[0]} x {size[1]}; a bar of {DIAMETER_MM:g} mm moves and hops from frame to "
-            f"frame. "
-            "Table 4.1 is of the left camera on each board's plane, edges by robust lines at half level.",
-            [
-                Table(
-                    "Table 4.1 and figure 4.8",
-                    ("", "RMSE, dissertation, mm", "here, mm", "mean error, mm", "Q_R, %"),
-                    rows,
-                ),
-                _ways(found),
-            ],
+            f"{len(found)} frames of {size[0]} x {size[1]}; a bar of {DIAMETER_MM:g} mm moves and hops. Table 4.1 is "
+            "of the left camera on each board's plane, edges by robust lines at half level.",
+            [Table("Table 4.1 and figure 4.8", columns, [_plane(*row, found) for row in PLANES.items()]), _ways(found)],
             [Plot("boards", "Figure 4.9: frames with and without a virtual board", partial(_figure, found=found))],
-            [
-                (
-                    "A board too high gives a positive Q_R and a diameter too small, one too low a negative Q_R, as "
-                    "figure 4.8 "
-                    "says; a small |offset| is what alg. 13 looks for."
-                ),
-                (
-                    "On the plane where the outlines agree the width is still not the diameter: visible edges are "
-                    "tangents, and "
-                    "that plane lies over the axis. The tangent crossing is that correction."
-                ),
-                (
-                    "The dissertation's bars, heights and rig of table 4.1 are not given, so its figures can be placed "
-                    "and not met."
-                ),
-            ],
+            list(FINDINGS),
         )
+
+
+PLANES = {
+    "a": f"a: board {TOO_HIGH_MM:g} mm too high",
+    "b": f"b: board {TOO_LOW_MM:g} mm too low",
+    "right": "the board that alg. 13 finds",
+    "none": "no virtual board: the low one",
+}
+FINDINGS = (
+    (
+        "Figure 4.8 says: a board too high gives a positive Q_R and a diameter too small, one too low a negative "
+        "Q_R. The signs of the table's rows a and b show it."
+    ),
+    (
+        "On the plane where the outlines agree the width is still not the diameter: visible edges are tangents, and "
+        "that plane lies over the axis. The tangent crossing is that correction."
+    ),
+    (
+        "The dissertation's rig and the heights of its boards a and b are not given, so its figures can be placed "
+        "and not met."
+    ),
+)
+
+
+def _plane(name: str, text: str, found: Sequence[Result]) -> tuple[str, ...]:
+    planes = [one["planes"][name] for one in found]
+    return (
+        text,
+        number(PRINTED_RMSE_MM.get(name), ".2f"),
+        number(_mean([plane["rmse_mm"] for plane in planes]), ".2f"),
+        number(_mean([plane["error_mm"] for plane in planes]), "+.2f"),
+        number(_mean([plane["quality"] for plane in planes]), "+.1f"),
+    )
 
 
 def _aligned(gauge: VirtualBoardGauge, *pictures: Picture) -> tuple[Alignment, tuple[BarOutline, BarOutline]]:

@@ -100,8 +100,7 @@ class FusedViews(Experiment):
         return Section(
             "Fusion (chapter 5)",
             f"{len(found)} pairs: {VIDEOS} videos of bars of 120 to 270 mm, two of them with scale, 800 x 600, grey, "
-            f"aligned on "
-            "the plane where the outlines agree; metrics of the largest rectangle that both cameras see.",
+            "aligned on the plane where the outlines agree; metrics of the largest rectangle that both cameras see.",
             [
                 Table("Table 5.1: dissertation / here", ("", *SYMBOLS), rows),
                 _diameters(found),
@@ -111,13 +110,11 @@ class FusedViews(Experiment):
                 *_ranks(mean),
                 (
                     "H of the dissertation's nearly black background is 1.5 bits; ours, with a visible line, has "
-                    "more. FMI is "
-                    "normalised here and ESSIM is on our own scale, so only orders compare."
+                    "more. FMI is normalised here and ESSIM is on our own scale, so only orders compare."
                 ),
                 (
                     "A fused picture has lost which edge was whose: where the views' widths differ, its diameter is "
-                    "worse than "
-                    "that of both views read apart, and its U says so."
+                    "worse than that of both views read apart, and its U says so."
                 ),
             ],
         )

@@ -95,8 +95,7 @@ class IngotEnds(Experiment):
         return Section(
             "Ingots' ends (chapter 6)",
             f"{len(simulated)} simulated videos, each its own line, light and ingot; {len(ends)} ends (the "
-            f"dissertation has "
-            f"{ENDS:,} from 16 videos). Similarities are with the references of the line.",
+            f"dissertation has {ENDS:,} from 16 videos). Similarities are with the references of the line.",
             tables,
             [
                 Plot(
@@ -114,8 +113,7 @@ class IngotEnds(Experiment):
                 f"Dual is better than single: {better} (accuracy {accuracy['dual']:.3f} and {accuracy['single']:.3f}).",
                 (
                     "One reference top is one pattern; other tops differ from it in the width and place of their "
-                    "wrinkles, so "
-                    "a threshold of 0.75 that fits one mill fits no other."
+                    "wrinkles, so a threshold of 0.75 that fits one mill fits no other."
                 ),
                 f"The served network, which needs no reference, has an accuracy of {accuracy['relief']:.3f}.",
             ],

@@ -90,12 +90,11 @@ class OneCamera(Experiment):
                 Plot("frames", "Figure 3.29: frames", partial(_figure_frames, found=found, offset_mm=offset_mm)),
             ],
             [
-                ("Times are of this computer and of our own forest; the dissertation does not give its hardware."),
+                "Times are of this computer and of our own forest; the dissertation does not give its hardware.",
                 (
                     f"On its board's plane one camera is off by {number(offset_mm['as printed'], '+.1f')} mm as "
-                    f"printed: "
-                    "the edges that it sees lie over the plane. The compensation holds for one diameter and one place "
-                    "only."
+                    "printed: the edges that it sees lie over the plane. The compensation holds for one diameter and "
+                    "one place only."
                 ),
                 "Both cameras need none: the plane is found in every frame.",
             ],

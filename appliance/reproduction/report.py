@@ -16,10 +16,9 @@ SUBJECT = (
 )
 WITHOUT_THE_PLANT = (
     "The plant's own videos are not published. What they alone can show is not imitated: figures 3.1, 3.2, 3.5, 3.18 "
-    "to "
-    "3.21, 3.23, 3.24, 6.1 to 6.11 (scenes of the plant), and the reading of a laser that was the dissertation's "
-    "truth. "
-    "Here truth is what was drawn; scenes are those of the simulated mill, which shares no code with what is measured."
+    "to 3.21, 3.23, 3.24, 6.1 to 6.11 (scenes of the plant), and the reading of a laser that was the dissertation's "
+    "truth. Here truth is what was drawn; scenes are those of the simulated mill, which shares no code with what is "
+    "measured."
 )
 QUICK = "Quick: a few cases of each experiment; sampling errors are large."
 STYLE = """

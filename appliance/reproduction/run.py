@@ -133,11 +133,10 @@ class _Results:
 
     def add(self, case: Case, result: Result) -> None:
         """Keep a result."""
+        self._there[_key(case)] = json.loads(json.dumps(result))
         whole = [{"case": one, "result": self._there[_key(one)]} for one in self.cases if _key(one) in self._there]
-        whole.append({"case": case, "result": result})
         with whole_file(self._file) as file:
             file.writelines(json.dumps(row) + "\n" for row in whole)
-        self._there[_key(case)] = json.loads(json.dumps(result))
 
     def all(self) -> Sequence[tuple[Case, Result]]:
         """Every case with its result."""

@@ -50,78 +50,50 @@ class Thermal(Experiment):
     def section(self, results: Sequence[tuple[Case, Result]]) -> Section:
         """Table 3.1 and figure 3.22."""
         found = [result for _, result in results if "served" in result]
-        videos = {
-            str(number_): [np.array(one[str(number_)]) for one in found if one[str(number_)]] for number_ in EXPERIMENTS
-        }
         served = [np.array(one["served"]) for one in found if one["served"]]
-        rows: list[tuple[str, ...]] = []
-        for number_, rmse_mm, sigma_mm in zip(EXPERIMENTS, PRINTED_RMSE_MM, PRINTED_SIGMA_MM, strict=True):
-            videos_of = videos[str(number_)]
-            rows.append(
-                (
-                    f"experiment {number_}",
-                    number(rmse_mm, ".2f"),
-                    number(_mean([video[:, 0].std() for video in videos_of]), ".2f"),
-                    number(sigma_mm, ".2f"),
-                    number(_mean([video[:, 1].mean() for video in videos_of]), ".2f"),
-                    number(_mean([video[:, 0].mean() - DIAMETER_MM for video in videos_of]), "+.2f"),
-                )
-            )
-        errors = np.concatenate([video[:, 0] - DIAMETER_MM for video in served]) if served else np.array([np.nan])
-        inside = (
-            np.concatenate([np.abs(video[:, 0] - DIAMETER_MM) <= video[:, 1] for video in served]) if served else errors
-        )
-        rows.append(
-            (
-                "served",
-                "-",
-                number(_mean([video[:, 0].std() for video in served]), ".2f"),
-                "-",
-                "-",
-                number(float(errors.mean()), "+.2f"),
-            )
-        )
+        videos = {str(which): [np.array(one[str(which)]) for one in found if one[str(which)]] for which in EXPERIMENTS}
         return Section(
             "Between barriers, thermal camera (chapters 3.3 and 3.4)",
             f"{len(found)} videos of {FRAMES} frames, each its own camera, barriers and light; the bar of "
             f"{DIAMETER_MM:g} mm moves and turns from frame to frame. Barriers' distance and height are told.",
-            [
-                Table(
-                    "Table 3.1, mm",
-                    (
-                        "",
-                        "RMSE (3.8), dissertation",
-                        "here",
-                        "mean sigma, dissertation",
-                        "here",
-                        "mean less truth, here",
-                    ),
-                    rows,
-                )
-            ],
-            [
-                Plot(
-                    "thermal",
-                    "Figure 3.22: frames of one video by the four experiments",
-                    partial(_figure, found=found),
-                )
-            ],
-            [
-                (
-                    f"The served gauge's error within its U in {100 * float(inside.mean()):.0f} % of {errors.size} "
-                    f"frames, "
-                    f"RMSE against the truth {float(np.sqrt(np.mean(errors**2))):.2f} mm."
-                ),
-                _ranking(videos),
-                (
-                    "The dissertation's fixed error of 5 to 10 mm comes from counting on the barriers' plane a bar "
-                    "that "
-                    "touches it nowhere; eq. 3.8 takes the scatter around the frames' own mean and cannot see it. How "
-                    "large "
-                    "it is depends on barriers and camera, which the dissertation does not give."
-                ),
-            ],
+            [Table("Table 3.1, mm", COLUMNS, _rows(videos, served))],
+            [Plot("thermal", "Figure 3.22: one video by the four experiments", partial(_figure, found=found))],
+            [_served(served), _ranking(videos), FIXED_ERROR],
         )
+
+
+COLUMNS = ("", "RMSE (3.8), dissertation", "here", "mean sigma, dissertation", "here", "mean less truth, here")
+FIXED_ERROR = (
+    "The dissertation's fixed error of 5 to 10 mm comes from counting, on the barriers' plane, a bar that touches "
+    "that plane nowhere; eq. 3.8 takes the scatter around the frames' own mean and cannot see it. How large it is "
+    "depends on barriers and camera, which the dissertation does not give."
+)
+
+
+def _rows(videos: dict[str, list[Any]], served: list[Any]) -> list[tuple[str, ...]]:
+    rows: list[tuple[str, ...]] = []
+    for which, rmse_mm, sigma_mm in zip(EXPERIMENTS, PRINTED_RMSE_MM, PRINTED_SIGMA_MM, strict=True):
+        of = videos[str(which)]
+        cells = (
+            number(rmse_mm, ".2f"),
+            number(_mean([video[:, 0].std() for video in of]), ".2f"),
+            number(sigma_mm, ".2f"),
+            number(_mean([video[:, 1].mean() for video in of]), ".2f"),
+            number(_mean([video[:, 0].mean() - DIAMETER_MM for video in of]), "+.2f"),
+        )
+        rows.append((f"experiment {which}", *cells))
+    scatter = number(_mean([video[:, 0].std() for video in served]), ".2f")
+    bias = number(_mean([video[:, 0].mean() - DIAMETER_MM for video in served]), "+.2f")
+    return [*rows, ("served", "-", scatter, "-", "-", bias)]
+
+
+def _served(served: list[Any]) -> str:
+    if not served:
+        return "The served gauge gave no value."
+    both = np.concatenate(served)
+    off = np.abs(both[:, 0] - DIAMETER_MM)
+    inside, rmse_mm = 100 * float((off <= both[:, 1]).mean()), float(np.sqrt((off**2).mean()))
+    return f"Served: error within U in {inside:.0f} % of {len(off)} frames, RMSE against the truth {rmse_mm:.2f} mm."
 
 
 def _video(line: ThermalLine, seed: int) -> tuple[list[Picture], list[Picture]]:

@@ -33,6 +33,10 @@ class ReadingMessage(StationMessage):
         Of bars side by side, each in the slot that it keeps; empty where there is one or none.
     faults : dict of str to str
         Faults with which the value is still served: names in the fault table, each with its detail.
+    adjustment_mm : float
+        Known error that was added to the diameter; 0 without a value.
+    not_kept : str
+        Why the last pictures of the black box could not be written; empty if they could.
     """
 
     kind: Literal["reading"] = "reading"
@@ -46,6 +50,8 @@ class ReadingMessage(StationMessage):
     reading: Annotated[SizeReading, NAN_AS_NULL]
     bars: tuple[Annotated[SizeReading, NAN_AS_NULL], ...] = ()
     faults: dict[str, str] = Field(default_factory=dict)
+    adjustment_mm: float = 0.0
+    not_kept: str = ""
 
 
 MESSAGES: Messages[ReadingMessage] = TypeAdapter(Annotated[StateMessage | ReadingMessage, Field(discriminator="kind")])

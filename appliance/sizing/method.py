@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Protocol, Self
 
 from pydantic import Field
 
+from appliance.black_box.settings import BlackBoxSettings
 from appliance.cameras.settings import ExposureSettings, LivenessSettings
 from appliance.errors import HotgaugeError
 from appliance.settings.section import Section, unit
+from appliance.sizing.adjustment import Adjustment
 from appliance.sizing.set_points import SetPointSettings
 
 if TYPE_CHECKING:
@@ -63,6 +65,20 @@ class TimedReader(Protocol):
         """Measure an exposure of the source: a reading a bar, computing time, ms; raises `ScaleError`."""
         ...
 
+    @property
+    def scale_file(self) -> tuple[str, bytes] | None:
+        """Name and content of a file by which the same gauge is made again; None where the camera has its own scale."""
+        ...
+
+    @property
+    def carried(self) -> tuple[float, ...]:
+        """What the next frame gets of the earlier ones; NaN before any."""
+        ...
+
+    def resume(self, carried: Sequence[float], /) -> None:
+        """Go on as the gauge would whose `carried` this was, so that frames from the middle give the same bits."""
+        ...
+
     def warm_up(self) -> None:
         """Compile and load all that measuring needs."""
         ...
@@ -102,6 +118,12 @@ class SizingMethod(Section, ABC):
     )
     liveness: LivenessSettings = Field(default_factory=LivenessSettings, description="When pictures are believed")
     exposure: ExposureSettings = Field(default_factory=ExposureSettings, description="How bright edges may be")
+    adjustment: Adjustment = Field(
+        default_factory=Adjustment, description="Known error that is taken off, from a verification"
+    )
+    black_box: BlackBoxSettings = Field(
+        default_factory=BlackBoxSettings, description="Pictures kept of what led to an alarm"
+    )
     camera_temperature_max_c: float = Field(
         default=75.0,
         ge=0,
@@ -114,6 +136,16 @@ class SizingMethod(Section, ABC):
     @abstractmethod
     def scale_file(self) -> Path | None:
         """File that makes millimetres of pixels; None where the camera brings its own scale."""
+
+    @abstractmethod
+    def with_scale_file(self, file: Path) -> Self:
+        """Copy the settings with another scale file.
+
+        Parameters
+        ----------
+        file : Path
+            A rig file, or a picture of the empty line.
+        """
 
     @abstractmethod
     def make_source(self) -> "PairSource | PictureSource":

@@ -12,6 +12,7 @@ from functools import partial
 
 from pydantic import TypeAdapter
 
+from appliance.black_box.black_box import BlackBox
 from appliance.cameras.exposure_control import ExposureGuard
 from appliance.cameras.liveness import Exposure, Liveness
 from appliance.cameras.source import (
@@ -24,11 +25,13 @@ from appliance.cameras.source import (
     PictureSource,
 )
 from appliance.processes.link import StationLink
-from appliance.processes.message import StateMessage
+from appliance.processes.message import KeepPictures, StateMessage
 from appliance.processes.preview import Picture, PreviewWriter
 from appliance.processes.station_process import fault, report_rejected, serve
+from appliance.sizing.exact_rows import exact_rows
 from appliance.sizing.message import ReadingMessage
 from appliance.sizing.method import ScaleError, SizingMethod, TimedReader
+from appliance.sizing.recorded_settings import recorded_settings
 from appliance.sizing.settings import Sizing
 from vision.readings import SizeReading
 from vision.reasons import Reason
@@ -55,12 +58,22 @@ def run(settings: SizingMethod, link: StationLink, closed: threading.Event) -> N
     closed : threading.Event
         Set when the link is closed.
     """
+    black_box = BlackBox(settings.black_box, "sizing")
+    link.on_line = lambda line: black_box.keep(KeepPictures.model_validate_json(line).why)
+    try:
+        _measure_until(settings, link, closed, black_box)
+    finally:
+        black_box.close()
+
+
+def _measure_until(settings: SizingMethod, link: StationLink, closed: threading.Event, black_box: BlackBox) -> None:
     gauge: TimedReader | None = None
     while not closed.is_set():
         try:
             source = settings.make_source()
             gauge = gauge or _ready_gauge(settings, link)
-            _measure(settings, source, gauge, link, closed)
+            black_box.files = recorded_settings(settings, gauge)
+            _measure(settings, source, gauge, link, closed, black_box=black_box)
         except EndOfRecording as error:
             _stay_at_end(link, closed, str(error))
         except CameraError as error:
@@ -85,6 +98,8 @@ def _measure(
     gauge: TimedReader,
     link: StationLink,
     closed: threading.Event,
+    *,
+    black_box: BlackBox,
 ) -> None:
     preview = PreviewWriter("sizing")
     with source:
@@ -98,8 +113,11 @@ def _measure(
             if exposed is None or exposure is None or not verdict.counts:
                 report_rejected(verdict, link, opens_again=not source.simulated)
                 continue
+            carried = gauge.carried
             measured, elapsed_ms = gauge.measure_exposed(exposed)
-            readings = bars.add(measured, exposed.exposed_monotonic_s)
+            adjusted = tuple(settings.adjustment.adjusted(one) for one in measured)
+            black_box.add(exposed, partial(exact_rows, exposed.sequence, adjusted, elapsed_ms), carried)
+            readings = bars.add(adjusted, exposed.exposed_monotonic_s)
             message = to_message(
                 readings,
                 exposed,
@@ -111,7 +129,8 @@ def _measure(
             reading = message.reading
             preview.offer(_shown(exposed), partial(gauge.lines, reading), _figures(reading, exposed))
             faults = verdict.faults | _exposure_faults(guard, reading, exposed, source) | _heat(settings, exposed)
-            link.send(message.model_copy(update={"faults": faults}))
+            more = {"faults": faults, "not_kept": black_box.trouble, "adjustment_mm": _added_mm(settings, adjusted)}
+            link.send(message.model_copy(update=more))
 
 
 def _shown(exposed: FramePair | Frame) -> tuple[Picture, ...]:
@@ -162,6 +181,10 @@ def _exposure_faults(
     if isinstance(source, Adjustable) and math.isfinite(advice.exposure_us):
         source.set_exposure(advice.exposure_us)
     return advice.faults
+
+
+def _added_mm(settings: SizingMethod, readings: Sequence[SizeReading]) -> float:
+    return settings.adjustment.added_mm if any(Reason.ADJUSTED in one.reasons for one in readings) else 0.0
 
 
 def _heat(settings: SizingMethod, exposed: FramePair | Frame) -> dict[str, str]:

@@ -80,6 +80,7 @@ class IngotClient(StationClient[IngotMessage]):
         for number, verdict in self.publication.add(message).items():
             self._recorder.add_verdict(verdict, number, simulated=message.simulated)
         self._faults.report_station(INGOT, message.faults)
+        self._report_kept(message.not_kept)
 
     def _withdraw(self, *, restarted: bool) -> None:
         self.publication.withdraw(IngotReason.STARTING if restarted else IngotReason.NO_PICTURE, restarted=restarted)

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import AfterValidator, Field, ValidationInfo
 
 from appliance.conformity.settings import CorrectionSettings, JudgingSettings
+from appliance.delivery.settings import MetricsSettings, MqttSettings
 from appliance.history.settings import HistorySettings
 from appliance.ingot.settings import IngotSettings
 from appliance.page.settings import PageSettings
@@ -110,6 +111,8 @@ class Settings(Section):
     ingot: IngotSettings = Field(default_factory=IngotSettings, description="Ingot station")
     judging: JudgingSettings = Field(default_factory=JudgingSettings, description="Trust, cold size and bars")
     correction: CorrectionSettings = Field(default_factory=CorrectionSettings, description="Closed loop")
+    metrics: MetricsSettings = Field(default_factory=MetricsSettings, description="Figures for Prometheus")
+    mqtt: MqttSettings = Field(default_factory=MqttSettings, description="Rows of the history for a broker")
     history: HistorySettings = Field(default_factory=HistorySettings, description="What is kept on disk")
     page: PageSettings = Field(default_factory=PageSettings, description="The page for people")
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Generic
 
 from appliance.diagnostics.faults import Faults
-from appliance.processes.message import Messages, MessageT, StateMessage
+from appliance.processes.message import KeepPictures, Messages, MessageT, StateMessage
 from appliance.processes.monitored_process import Health, MonitoredProcess
 from appliance.supervisor.start_gate import StartGate
 
@@ -62,6 +62,22 @@ class StationClient(abc.ABC, Generic[MessageT]):
     async def run(self) -> None:
         """Keep the process running until cancelled."""
         await self._process.run()
+
+    def keep_pictures(self, why: str) -> None:
+        """Have the station write the last seconds of pictures, if it keeps any.
+
+        Parameters
+        ----------
+        why : str
+            Name of the cause.
+        """
+        self._process.send(KeepPictures(why=why).model_dump_json().encode())
+
+    def _report_kept(self, trouble: str) -> None:
+        """Report why pictures of the black box could not be written; empty if they could."""
+        self._faults.report(
+            "history_not_written", active=bool(trouble), detail=trouble, station=f"{self.name} black box"
+        )
 
     def distrust_until(self, now_s: float) -> None:
         """Withdraw what was exposed before `now_s`, monotonic: the computer slept, and its age is not known."""

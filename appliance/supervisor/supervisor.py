@@ -9,17 +9,19 @@ import contextlib
 import logging
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Set
 from pathlib import Path
 
 from appliance.conformity.plc_inputs import PlcInputs
 from appliance.conformity.set_points import SetPoints
+from appliance.delivery.settings import DeliverySettings
 from appliance.diagnostics.alarms import Alarms
 from appliance.diagnostics.faults import Faults
 from appliance.errors import HotgaugeError
 from appliance.files.atomic_file import file_state
 from appliance.history.keeper import HistoryKeeper
 from appliance.supervisor.clock_watch import SleepWatch, WallClock
+from appliance.supervisor.delivery_client import DeliveryClient
 from appliance.supervisor.ingot_client import INGOT, IngotClient, is_on
 from appliance.supervisor.plc_server import make_server, report_certificate
 from appliance.supervisor.self_check import SelfCheck
@@ -30,6 +32,7 @@ from plc.codes import DeviceState
 from plc.listener import BindError
 from plc.process_image import encode
 from plc.rows import Value
+from plc.security.roles import Client
 
 SWAP_PERIOD_S = 0.05  # half of the longest period allowed, 100 ms, so that a late wake-up stays within it
 HEARTBEAT_PERIOD_S = 0.1  # the heartbeat counts at 10 Hz
@@ -67,8 +70,16 @@ class Supervisor:
         self._one_reload = asyncio.Lock()
         self._stopping = False
         self._refuses = False
+        self._kept: Set[str] = frozenset()
+        delivery = DeliverySettings(metrics=settings.metrics, mqtt=settings.mqtt)
+        self._delivery = DeliveryClient(delivery, self._faults) if delivery.is_on else None
         self._history = HistoryKeeper(
-            settings.history, self._inputs, self._scale_file, trust_min=settings.judging.trust_min, wall=wall
+            settings.history,
+            self._inputs,
+            self._scale_file,
+            trust_min=settings.judging.trust_min,
+            deliver=self._delivery.put if self._delivery else None,
+            wall=wall,
         )
         self._scale_state = file_state(self._scale_file())
         self._gate = StartGate({SIZING, INGOT} if is_on(settings.ingot) else {SIZING})
@@ -134,6 +145,8 @@ class Supervisor:
         parts.append(self._prove(on_serving, on_proof))
         if self._ingots:
             parts.append(self._ingots.run())
+        if self._delivery:
+            parts.append(self._delivery.run())
         tasks = {asyncio.create_task(part) for part in parts}
         try:
             done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -146,6 +159,18 @@ class Supervisor:
             await self._server.stop()
             await self._inputs.save()
             await self._history.stop()
+
+    def keep_pictures(self, why: str = "request") -> None:
+        """Have every station write the last seconds of its pictures, if it keeps any.
+
+        Parameters
+        ----------
+        why : str
+            Name of the cause.
+        """
+        self._sizing.keep_pictures(why)
+        if self._ingots:
+            self._ingots.keep_pictures(why)
 
     async def reload(self, load: Callable[[], Settings]) -> None:
         """Apply new settings: stations whose settings, or rig file, changed restart; others report `restart_needed`.
@@ -226,10 +251,12 @@ class Supervisor:
     def _report_disk(self, fault: str, detail: str) -> None:
         self._faults.report(fault, active=bool(detail), detail=detail)
 
-    def _receive_write(self, changed: Mapping[str, int | bool]) -> None:
+    def _receive_write(self, changed: Mapping[str, int | bool], client: Client) -> None:
         self._inputs.add(changed)
         self._shelve(changed)
-        self._history.recorder.add_writes(changed)
+        self._history.recorder.add_writes(changed, client)
+        if changed.get("keep_pictures"):
+            self.keep_pictures()
         if changed.get("acknowledge"):
             self._alarms.acknowledge()
             self._faults.acknowledge()
@@ -249,7 +276,10 @@ class Supervisor:
         values = self._sizing.values()
         if self._ingots:
             values |= self._ingots.values()
-        self._server.publish(encode(values | self._health(now_s), word_order=self._settings.plc.word_order))
+        values |= self._health(now_s)
+        self._server.publish(encode(values, word_order=self._settings.plc.word_order))
+        if self._delivery:
+            self._delivery.put_figures(values, self._alarms)
 
     def _update(self, now_s: float) -> None:
         """Update stations, faults and alarms to `now_s`."""
@@ -262,8 +292,15 @@ class Supervisor:
         self._faults.report("clock_stepped", active=self._clock.was_set(now_s))
         report_certificate(self._server, self._faults)
         self._history.update(self._faults, self._alarms)
-        causes = self._faults.active | {name for name, there in self._conditions(now_s).items() if there}
-        self._alarms.update(causes, now_s, suppressed=self._inputs.held)
+        conditions = {name for name, there in self._conditions(now_s).items() if there}
+        self._alarms.update(self._faults.active | conditions, now_s, suppressed=self._inputs.held)
+        self._keep_new(self._alarms.active | conditions & {"out_of_tolerance"})
+
+    def _keep_new(self, causes: Set[str]) -> None:
+        """Have pictures kept of each alarm that comes, and of a decision "out" before its alarm."""
+        for why in sorted(causes - self._kept):
+            self.keep_pictures(why)
+        self._kept = causes
 
     def _conditions(self, now_s: float) -> dict[str, bool]:
         """Alarm causes that are no faults of the gauge, by name."""

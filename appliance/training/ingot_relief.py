@@ -22,36 +22,13 @@ Layers = list[tuple[Array, Array]]
 Rng = np.random.Generator
 
 SEED = 777  # no study draws faces from it
-FACES, VIEWS = 6, 2
+LINES, FACES, VIEWS = 1500, 6, 2
 LINES_A_BATCH, ENDS_A_LINE = 24, 5
+STEPS, FALLING_STEPS = 1500, 2000  # chosen: the rate falls along half a cosine, and training ends before it is 0
 SIDES, CHANNELS, HIDDEN = (5, 3, 3, 3), (PLANES, 16, 32, 48, 64), 48
-DECAY, MOMENTS, LEAST_MOMENT = 1e-4, (0.9, 0.999), 1e-8
+RATE, DECAY, MOMENTS, LEAST_MOMENT = 3e-3, 1e-4, (0.9, 0.999), 1e-8
 CERTAINTY = 0.99  # of labels: a face may be blurred beyond recognition
 SHARE_OF_WRONG_REFERENCES = 0.1  # of the ends: compared with another line's
-
-
-class Stage(NamedTuple):
-    """Lines that are drawn, and how the network learns from them.
-
-    Attributes
-    ----------
-    lines : int
-    hard : bool
-        As for `rendered_line`.
-    rate : float
-        First rate of learning, which falls along half a cosine.
-    steps, falling_steps : int
-        Steps that are made, and those over which the rate would fall to 0.
-    """
-
-    lines: int
-    hard: bool
-    rate: float
-    steps: int
-    falling_steps: int
-
-
-STAGES = (Stage(1500, False, 3e-3, 1500, 2000), Stage(500, True, 6e-4, 500, 500))
 
 
 class Batch(NamedTuple):
@@ -76,26 +53,23 @@ class Batch(NamedTuple):
 def main() -> None:
     """Draw, train, write the model."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument(
-        "--stages", type=int, default=len(STAGES), choices=(1, 2), help="after 1 it saw no shaded geometry"
-    )
+    parser.add_argument("--lines", type=int, default=LINES)
+    parser.add_argument("--steps", type=int, default=STEPS)
     parser.add_argument("--output", type=Path, default=MODEL)
     given = parser.parse_args()
-    generators = [np.random.default_rng(SEED + number) for number in range(given.stages)]
-    layers = first_layers(generators[0])
-    for number, (stage, rng) in enumerate(zip(STAGES, generators, strict=False)):
-        train(layers, drawn(stage, SEED + number), stage, rng)
+    rng = np.random.default_rng(SEED)
+    layers = first_layers(rng)
+    train(layers, drawn(given.lines), given.steps, rng)
     arrays = {
         f"{kind}{number}": one for number, pair in enumerate(layers) for kind, one in zip("Wb", pair, strict=True)
     }
     np.savez(given.output, allow_pickle=False, **arrays)
 
 
-def drawn(stage: Stage, seed: int) -> list[RenderedLine]:
-    """Lines of a stage."""
-    rng = np.random.default_rng(seed)
-    lines = tqdm(range(stage.lines), unit="line", disable=None)
-    return [rendered_line(rng, FACES, VIEWS, hard=stage.hard) for _ in lines]
+def drawn(lines: int) -> list[RenderedLine]:
+    """Lines to train on."""
+    rng = np.random.default_rng(SEED)
+    return [rendered_line(rng, FACES, VIEWS) for _ in tqdm(range(lines), unit="line", disable=None)]
 
 
 def first_layers(rng: Rng) -> Layers:
@@ -106,21 +80,21 @@ def first_layers(rng: Rng) -> Layers:
     return [(weights.astype(np.float32), np.zeros(weights.shape[-1], np.float32)) for weights in scaled]
 
 
-def train(layers: Layers, lines: list[RenderedLine], stage: Stage, rng: Rng) -> None:
+def train(layers: Layers, lines: list[RenderedLine], steps: int, rng: Rng) -> None:
     """Change layers so that they tell tops from bottoms.
 
     Parameters
     ----------
     layers : list of (weights, bias)
     lines : list of RenderedLine
-    stage : Stage
+    steps : int
     rng : numpy.random.Generator
     """
     parameters = [one for pair in layers for one in pair]
     first, second = ([np.zeros_like(one) for one in parameters] for _ in range(2))
-    for step in tqdm(range(stage.steps), unit="step", disable=None):
+    for step in tqdm(range(steps), unit="step", disable=None):
         _, slopes = loss_and_slopes(layers, batch_of(lines, rng))
-        rate = stage.rate * 0.5 * (1 + np.cos(np.pi * step / stage.falling_steps))
+        rate = RATE * 0.5 * (1 + np.cos(np.pi * step / FALLING_STEPS))
         for number, slope in enumerate(slopes):
             first[number] += (1 - MOMENTS[0]) * (slope - first[number])
             second[number] += (1 - MOMENTS[1]) * (slope**2 - second[number])

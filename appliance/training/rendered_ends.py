@@ -1,8 +1,8 @@
 """Ends of ingots as pictures of 64 x 64, rendered without a mill: `ingot_relief` trains on them.
 
-They are drawn a line at a time: its camera, the ends that serve as its references, and others. Faces are of the three
-kinds of the simulation, under more blemishes still, beside a body and a dark line. Nothing but wrinkled skin depends on
-the label.
+They are drawn a line at a time: its camera, the ends that serve as its references, and others. Faces are those of our
+own line and of other mills (the third kind of the simulation, `cast_faces.py`, is kept for judging), under more
+blemishes still, beside a body and a dark line. Nothing but wrinkled skin depends on the label.
 """
 
 import math
@@ -12,17 +12,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from appliance.simulation.ingots.cast_faces import cast_face
 from appliance.simulation.ingots.faces import FACE_CELLS, LABELS, TYPICAL, Label, Rng, face, random_looks
 from appliance.simulation.ingots.foreign_faces import foreign_face, no_stronger
-from appliance.simulation.ingots.line import FaceKind
 from vision.ingot.classifiers.similarity import SIZE
 
 Plane = NDArray[np.float32]
 Picture = NDArray[np.uint8]
 
 SHARE_OF_FOREIGN_LINES = 0.6
-SHARE_OF_HARD_CAST_LINES = 0.3  # of the hard lines
 SHARE_OF_EQUAL_TOPS = 0.25  # of the lines: their reference shows the pattern of one of their tops
 LEAST_VISIBILITY = 0.5  # least relief of a top, in standard deviations of the camera's noise
 CODES_PER_LOG = 60.0  # grey values to one natural logarithm of light, at the usual exposure
@@ -91,7 +88,7 @@ def random_camera(rng: Rng) -> Camera:
     )
 
 
-def rendered_line(rng: Rng, faces: int, views: int, *, hard: bool = False) -> RenderedLine:
+def rendered_line(rng: Rng, faces: int, views: int) -> RenderedLine:
     """A line of any mill.
 
     Parameters
@@ -101,40 +98,21 @@ def rendered_line(rng: Rng, faces: int, views: int, *, hard: bool = False) -> Re
         Ends beside the references, half of them tops.
     views : int
         Pictures of each.
-    hard : bool
-        Whether some lines show shaded geometry, and bottoms get the blemishes of two.
     """
-    camera, kind = random_camera(rng), _random_kind(rng, hard=hard)
-    lights = [random_face(LABELS[number % 2], camera, rng, kind) for number in range(faces)]
-    if hard:
-        lights = [light * soft_blemishes(rng) if number % 2 else light for number, light in enumerate(lights)]
-    first = lights[0] if rng.random() < SHARE_OF_EQUAL_TOPS else _typical_face("top", rng, kind)
-    references = np.array([rendered_end(light, camera, rng) for light in (first, _typical_face("bottom", rng, kind))])
+    camera, foreign = random_camera(rng), bool(rng.random() < SHARE_OF_FOREIGN_LINES)
+    lights = [random_face(LABELS[number % 2], camera, rng, foreign=foreign) for number in range(faces)]
+    first = lights[0] if rng.random() < SHARE_OF_EQUAL_TOPS else _typical_face("top", rng, foreign=foreign)
+    second = _typical_face("bottom", rng, foreign=foreign)
+    references = np.array([rendered_end(light, camera, rng) for light in (first, second)])
     ends = np.array([rendered_end(light, camera, rng) for light in lights for _ in range(views)])
     return RenderedLine(references, ends, np.repeat(np.arange(faces) % 2 == 0, views))
 
 
-def _random_kind(rng: Rng, *, hard: bool) -> FaceKind:
-    if hard and rng.random() < SHARE_OF_HARD_CAST_LINES:
-        return "cast"
-    return "foreign" if rng.random() < SHARE_OF_FOREIGN_LINES else "own"
+def _typical_face(label: Label, rng: Rng, *, foreign: bool) -> Plane:
+    return foreign_face(label, rng) if foreign else face(TYPICAL[label], rng)
 
 
-def _typical_face(label: Label, rng: Rng, kind: FaceKind) -> Plane:
-    return face(TYPICAL[label], rng) if kind == "own" else _face(label, rng, kind)
-
-
-def _face(label: Label, rng: Rng, kind: FaceKind) -> Plane:
-    match kind:
-        case "own":
-            return face(random_looks(label, rng), rng)
-        case "foreign":
-            return foreign_face(label, rng)
-        case "cast":
-            return cast_face(label, rng)
-
-
-def random_face(label: Label, camera: Camera, rng: Rng, kind: FaceKind) -> Plane:
+def random_face(label: Label, camera: Camera, rng: Rng, *, foreign: bool) -> Plane:
     """Relative light of a face on which that camera can see whether it is a top.
 
     Parameters
@@ -142,7 +120,8 @@ def random_face(label: Label, camera: Camera, rng: Rng, kind: FaceKind) -> Plane
     label : {"top", "bottom"}
     camera : Camera
     rng : numpy.random.Generator
-    kind : {"own", "foreign", "cast"}
+    foreign : bool
+        Whether it is another mill's.
 
     Returns
     -------
@@ -150,7 +129,7 @@ def random_face(label: Label, camera: Camera, rng: Rng, kind: FaceKind) -> Plane
     """
     light = np.ones((FACE_CELLS, FACE_CELLS), np.float32)
     for _ in range(TRIES):
-        light = _face(label, rng, kind)
+        light = foreign_face(label, rng) if foreign else face(random_looks(label, rng), rng)
         if label == "bottom" or _visibility(light, camera) > LEAST_VISIBILITY:
             break
     blemishes = soft_blemishes(rng)

@@ -4,12 +4,13 @@ import logging
 from pathlib import Path
 
 from appliance.conformity.thermal_expansion import GRADES
+from appliance.delivery.alert_rules import rules_file
 from appliance.diagnostics.alarms import ALARMS
 from appliance.diagnostics.fault_table import FAULTS
 from appliance.diagnostics.named_bits import named_bits
 from appliance.history.tables import TABLES, Column, Table
-from appliance.ingot.orient_recording import FRAME_COLUMNS as ORIENT_COLUMNS
-from appliance.ingot.orient_recording import INGOT_COLUMNS
+from appliance.ingot.frame_rows import FRAME_COLUMNS as ORIENT_COLUMNS
+from appliance.ingot.frame_rows import INGOT_COLUMNS
 from appliance.settings.table import table
 from appliance.simulation.bars.study_scenes import CONDITIONS
 from appliance.simulation.ingots.conditions import INGOT_CONDITIONS
@@ -33,6 +34,7 @@ def texts() -> dict[str, str]:
         "alarms.md": alarms(),
         "grades.md": grades(),
         "history.md": history(),
+        "prometheus_alerts.yml": rules_file(),
         "outputs.md": outputs(),
     }
 

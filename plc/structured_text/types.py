@@ -99,10 +99,10 @@ def constants(bits: Bits) -> list[tuple[str, int, str]]:
         By register.
     """
     named = [
-        (f"HOTGAUGE_{_short(register)}_{_constant(text)}", value, f"{register}: {text}")
+        (f"HOTGAUGE_{_short(register)}_{one.name}", int(one), f"{register}: {one.text}")
         for register, code in CODES.items()
         if register != "ingot_validity"
-        for value, text in code.texts().items()
+        for one in code
     ]
     return named + [
         (f"HOTGAUGE_{_short(register)}_BIT_{_constant(one.name.removeprefix('alarm_'))}", one.bit, one.text)

@@ -151,10 +151,11 @@ def test_a_low_board_in_no_picture_is_refused(copy):
         calibrate_folder(copy)
 
 
-def test_a_board_of_another_number_of_squares_is_refused(copy):
+@pytest.mark.parametrize("squares", [[7, 4], [9, 6]], ids=["inner corners", "one more each way"])
+def test_a_board_of_another_number_of_squares_is_refused_with_the_number_that_the_pictures_show(copy, squares):
     shrink(copy, 0.25)
-    with pytest.raises(CalibrationError, match="boards are usable in both pictures"):
-        calibrate_folder(copy, {"squares": [9, 6]})
+    with pytest.raises(CalibrationError, match="shows 8 x 5 squares: count squares and not inner corners"):
+        calibrate_folder(copy, {"squares": squares})
 
 
 def test_damage_of_files_is_told_in_one_sentence_with_the_file(copy):

@@ -19,7 +19,7 @@ from mutants.drawn import Mutant, drawn
 
 ROOT = Path(__file__).parents[2]
 LONGEST_S = 300.0
-FILES_MOST = 8  # of tests for one mutant
+FILES_MOST = 8  # of tests for one mutant, unless given
 NOT_COPIED = shutil.ignore_patterns(".git", ".venv*", ".pytest_cache")
 ROOMS_OF_TESTS = ("tests/unit", "tests/system/modbus", "tests/accuracy")
 
@@ -35,7 +35,7 @@ def imports_of(file: Path) -> set[str]:
     return found
 
 
-def concerning(root: Path, module: str) -> list[str]:
+def concerning(root: Path, module: str, most: int) -> list[str]:
     """Files of tests for a module: those that import it, then those that import what imports it, nearest first."""
     names = {
         _module(file, root): file for part in ("vision", "plc", "appliance") for file in (root / part).rglob("*.py")
@@ -44,7 +44,7 @@ def concerning(root: Path, module: str) -> list[str]:
     tests = {file: imports_of(file) for room in ROOMS_OF_TESTS for file in sorted((root / room).rglob("test_*.py"))}
     kit = {file.stem: imports_of(file) & names.keys() for file in (root / "tests" / "kit").rglob("*.py")}
     reached, found = {module}, dict[Path, None]()
-    while reached and len(found) < FILES_MOST:
+    while reached and len(found) < most:
         helpers = {name for name, used in kit.items() if used & reached}
         near = [file for file, used in tests.items() if used & (reached | helpers)]
         unit_first = sorted(near, key=lambda file: _room(file.relative_to(root)))
@@ -53,7 +53,7 @@ def concerning(root: Path, module: str) -> list[str]:
         reached = reached | {name for name, used in users.items() if used & reached}
         if reached == before:
             break
-    return [str(file.relative_to(root)) for file in list(found)[:FILES_MOST]]
+    return [str(file.relative_to(root)) for file in list(found)[:most]]
 
 
 def _room(file: Path) -> int:
@@ -88,6 +88,7 @@ def main() -> None:
     parser.add_argument("folder", help="vision, plc or appliance, or a folder below")
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--files", type=int, default=FILES_MOST, help="most files of tests for one mutant")
     parser.add_argument("--for", type=float, default=1e9, dest="seconds", help="no new mutant after so many seconds")
     parser.add_argument("--output", type=Path, help="JSON lines of all outcomes; what is there is continued")
     given = parser.parse_args()
@@ -100,7 +101,7 @@ def main() -> None:
         for mutant in drawn(copy, given.folder, given.count, given.seed)[done:]:
             if time.monotonic() - begun_s > given.seconds:
                 break
-            tests = concerning(copy, _module(copy / mutant.file, copy))
+            tests = concerning(copy, _module(copy / mutant.file, copy), given.files)
             found = outcome(copy, mutant, tests)
             counts[found] = counts.get(found, 0) + 1
             row = mutant._asdict() | {"outcome": found, "tests": tests}

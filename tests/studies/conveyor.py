@@ -20,7 +20,7 @@ TEXT = (
     "barriers as the method assumes them where it knows nothing."
 )
 SEEDS = {"line": 200, "aside": 100, "assumed": 100}
-EXPERIMENT_SEEDS = 60  # of the first kind of line: those that the dissertation's experiments size too
+EXPERIMENT_SEEDS = 20  # of the first kind of line: those that the dissertation's experiments size too
 FRAMES, EMPTY = 4, 3
 SOURCE_MM = 165.0
 TAPE_SPACING, TAPE_BARRIER_MM, TAPE_CAMERA_MM = 0.0005, 1.0, 10.0

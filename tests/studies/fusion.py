@@ -18,6 +18,7 @@ from vision.reasons import Reason
 from vision.sizing.virtual_board.aligned_pair import AlignedPair
 from vision.sizing.virtual_board.boundaries_of_interest import boundaries_of_interest, hot_mask
 from vision.sizing.virtual_board.gauge import VirtualBoardGauge
+from vision.sizing.virtual_board.parameters import Parameters
 from vision.sizing.virtual_board.reading import VirtualBoardReading
 from vision.sizing.virtual_board.tangent_crossing import solve_section
 from vision.sizing.virtual_board.view_edges import reasons_of_edges
@@ -31,6 +32,7 @@ CONDITIONS = ("clean", "scale", "post", "haze")
 VARIANTS = ("none", "left", "right", *METHODS)
 SEEDS = 60
 NEAR_PX, AROUND_PX = 3.0, 40.0
+SEEN = Parameters(beta=240.0, least_neighbours=1)  # edges from Otsu's level on, without single pixels
 
 
 def cases():
@@ -114,7 +116,7 @@ class Watched(VirtualBoardGauge):
         return super()._diameters(pair, width_mm)
 
     def edges_seen(self):
-        thin = boundaries_of_interest(self.picture, hot_mask(self.picture), self._edges).thin
+        thin = boundaries_of_interest(self.picture, hot_mask(self.picture), self._edges, SEEN).thin
         row, column = np.nonzero(thin)
         true = self.true_columns(len(thin))
         away = np.abs(column[:, None] - true.reshape(-1, len(thin))[:, row].T)

@@ -14,7 +14,7 @@ TEXT = (
     "deviations of the 24 values over 4 mm. The bar's value: three of each bar, each of eight frames."
 )
 CONDITIONS = {"clean": (), "haze": (), "shimmer": ("shimmer",)}
-SEEDS = range(1000, 1012)
+SEEDS = range(1000, 1006)
 FRAMES = 24
 FRAMES_OF_BAR = 8  # a bar that passes in a third of a second at 25 frames a second
 FRAME_PERIOD_S = 0.04

@@ -10,6 +10,7 @@ import sys
 import gige_cameras
 import pytest
 
+from appliance.cameras.genicam.device import Device
 from appliance.cameras.genicam.trigger import CONTROL_PORT, action_packet
 
 PAIRS = 100
@@ -66,3 +67,20 @@ def test_action_commands_go_to_all_on_the_network_in_rhythm():
     got, took = json.loads(gige_cameras.in_own_network(sys.executable, "-c", code, timeout=30).splitlines()[-1])
     assert got == [action_packet(number).hex() for number in range(1, 11)]
     assert took == pytest.approx(9 / 20, abs=0.3)
+
+
+@pytest.mark.parametrize(
+    ("ids", "numbers"),
+    [
+        ([5, 6, 9], [0, 1, 4]),
+        ([65534, 65535, 1, 2], [0, 1, 2, 3]),  # a 16-bit block id leaves out 0 (GigE Vision 1.2)
+        ([65534, 2], [0, 3]),
+        ([70000, 70001, 70003], [0, 1, 3]),  # of 64 bits (GigE Vision 2.0)
+        ([7, 9, 8, 10], [0, 2, None, 3]),  # one that a later one overtook
+        ([7, 7], [0, None]),
+    ],
+)
+def test_exposures_are_numbered_by_the_cameras_count_and_one_that_was_overtaken_is_left_out(ids, numbers):
+    device = object.__new__(Device)
+    device._last_id, device._number = None, 0
+    assert [device._number if device._count(one) else None for one in ids] == numbers

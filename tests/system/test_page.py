@@ -3,8 +3,10 @@
 import itertools
 import os
 import signal
+import ssl
 import threading
 import time
+import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -16,6 +18,7 @@ from running import Appliance, free_port, running
 
 from appliance.page.access.users import Users
 from plc.poll import PollError, Snapshot, poll
+from plc.security.certificates import Authority
 from plc.security.roles import Role
 
 PASSWORD = "a good password"
@@ -32,7 +35,7 @@ idle_after_s = 120
 kind = "mill"
 seed = 5
 rate_hz = 4
-prepared_frames = 80
+prepared_frames = 40
 [sizing.set_points]
 target_mm = 120.0
 tolerance_plus_mm = 2.0
@@ -268,3 +271,27 @@ def test_a_calibration_is_made_from_board_pictures_through_the_page(site, record
     assert float(report.split("residual      ")[1].split()[0]) < 0.2
     assert page.locator("#verify").is_enabled()
     assert page.locator("#confirm").is_disabled()
+
+
+def test_by_tls_the_page_shows_its_certificate_and_binds_the_browser_to_it(tmp_path):
+    authority = Authority.make()
+    authority.save(tmp_path)
+    authority.server(tmp_path, ["127.0.0.1"])
+    config, port = tmp_path / "hotgauge.toml", free_port()
+    config.write_text(f'[page]\nport = {port}\nusers = "users.json"\ncertificate = "server.pem"\nkey = "server.key"\n')
+    trusting = ssl.create_default_context(cafile=tmp_path / "authority.pem")
+    with serving_page(config, tmp_path / "log", RUNTIME_DIRECTORY=str(tmp_path)):
+        until_s = time.monotonic() + 10
+        while True:
+            try:
+                answer = urllib.request.urlopen(f"https://127.0.0.1:{port}/login", context=trusting)
+            except OSError:
+                assert time.monotonic() < until_s
+                time.sleep(0.1)
+            else:
+                break
+        with answer:
+            assert "max-age" in answer.headers["strict-transport-security"]
+            assert b"Nobody can log in yet" in answer.read()
+        with pytest.raises(OSError, match="CERTIFICATE_VERIFY_FAILED"):
+            urllib.request.urlopen(f"https://127.0.0.1:{port}/login", context=ssl.create_default_context())

@@ -75,7 +75,7 @@ def manager(tmp_path) -> Iterator[Manager]:
 def test_ready_watchdog_and_stopping_are_told_at_their_moments(manager):
     assert manager.hear(20) == "READY=1"
     with Wire(manager.port) as wire:  # it answers at the moment of READY
-        assert look(wire)["map_version"] == 4
+        assert look(wire)["map_version"] == 5
     moments_s = []
     for _ in range(5):
         assert manager.hear(5).startswith("WATCHDOG=1")

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.alignment.quality import BarOutline, Quality, alignment_quality
-from vision.alignment.virtual_boards import VirtualBoards
+from vision.alignment.virtual_boards import LEVEL, VirtualBoards
 from vision.calibration.rig import Rig
 from vision.geometry.homography import plane_to_ideal, solved, transformed
 from vision.geometry.turned_region import Picture, Region
@@ -33,6 +33,8 @@ class Alignment:
     left, right : Region
     projective : bool
         How boards are interpolated; see `VirtualBoards.corners`.
+    slope : tuple of float
+        Of every virtual board; see `VirtualBoards.corners`.
     """
 
     rig: Rig
@@ -40,10 +42,11 @@ class Alignment:
     left: Region
     right: Region
     projective: bool
+    slope: tuple[float, float] = LEVEL
 
     def right_to_left(self, height_mm: float) -> Array:
         """T_RL of algorithm 11 for the virtual board at a height: homography from the right to the left region."""
-        to, of = self.boards.corners(height_mm, projective=self.projective)
+        to, of = self.boards.corners(height_mm, projective=self.projective, slope=self.slope)
         T, _ = cv2.findHomography(of, to, 0)
         return solved(self.left.to_ideal, np.asarray(T, dtype=np.float64) @ self.right.to_ideal)
 
@@ -75,7 +78,7 @@ class Alignment:
 
     def test_rows(self, height_mm: float) -> Array:
         """Rows of the left region within P_re of the board's middle, P_re a quarter of the region (algorithm 12)."""
-        corners, _ = self.boards.corners(height_mm, projective=self.projective)
+        corners, _ = self.boards.corners(height_mm, projective=self.projective, slope=self.slope)
         middle = float(transformed(solved(self.left.to_ideal, np.eye(3)), corners)[:, 1].mean())
         rows = self.left.picture.shape[0]
         middle = min(max(middle, rows / 4), 3 * rows / 4)

@@ -1,4 +1,4 @@
-"""Virtual boards: the checkerboard at any height, from its pictures at a low and at a high one (reference boards).
+"""Virtual boards: the checkerboard at any height and turn, from its pictures at a low and at a high one.
 
 Corners are kept as ideal points (x/z, y/z) of each camera, without the lens' distortion: there, and only there, a
 straight line in space is a straight line in the picture.
@@ -14,6 +14,8 @@ from vision.calibration.rig import Rig
 from vision.geometry.camera import Camera
 
 Array = NDArray[np.float64]
+
+LEVEL = (0.0, 0.0)  # slope of a board that is parallel to those that were seen
 
 # Corners (x, y) of the board that is projected where a registration picture is missing.
 STAND_IN_MM = np.stack(np.meshgrid(np.linspace(-150.0, 150.0, 7), np.linspace(-75.0, 75.0, 4)), axis=-1).reshape(-1, 2)
@@ -36,13 +38,14 @@ class BoardPair:
     low_depth_mm: Array
     high_depth_mm: Array
 
-    def at(self, share: float, *, projective: bool) -> Array:
+    def at(self, share: float | Array, *, projective: bool) -> Array:
         """Ideal points of the corners between the low and the high board.
 
         Parameters
         ----------
-        share : float
-            Part of the way from the low to the high board; below 0 and above 1 it extrapolates.
+        share : float or ndarray of float64, shape (n,)
+            Part of the way from the low to the high board, of all corners or of each; below 0 and above 1 it
+            extrapolates.
         projective : bool
             See `VirtualBoards.corners`.
 
@@ -50,7 +53,8 @@ class BoardPair:
         -------
         ndarray of float64, shape (n, 2)
         """
-        low_weight, high_weight = np.full(len(self.low), 1.0 - share), np.full(len(self.low), share)
+        high_weight = np.broadcast_to(np.asarray(share, dtype=np.float64), len(self.low))
+        low_weight = 1.0 - high_weight
         if projective:
             low_weight, high_weight = low_weight * self.low_depth_mm, high_weight * self.high_depth_mm
         mixed = low_weight[:, None] * self.low + high_weight[:, None] * self.high
@@ -66,12 +70,15 @@ class VirtualBoards:
     left, right : BoardPair
     low_mm, high_mm : float
         Heights of the two real boards.
+    places_mm : ndarray of float64, shape (n, 2)
+        x, y of the corners on the line.
     """
 
     left: BoardPair
     right: BoardPair
     low_mm: float
     high_mm: float
+    places_mm: Array
 
     @classmethod
     def of_rig(cls, rig: Rig) -> Self:
@@ -91,27 +98,31 @@ class VirtualBoards:
             _pair(camera, seen[f"{side}_low"], seen[f"{side}_high"], rig)
             for side, camera in (("left", rig.left), ("right", rig.right))
         )
-        return cls(left, right, rig.low_mm, rig.high_mm)
+        return cls(left, right, rig.low_mm, rig.high_mm, _places_mm(rig.left, left))
 
-    def corners(self, height_mm: float, *, projective: bool = True) -> tuple[Array, Array]:
-        """Corners of the virtual board at a height, interpolated or extrapolated.
+    def corners(
+        self, height_mm: float, *, projective: bool = True, slope: tuple[float, float] = LEVEL
+    ) -> tuple[Array, Array]:
+        """Corners of the virtual board at a height, level or turned, interpolated or extrapolated.
 
         Parameters
         ----------
         height_mm : float
-            Over the conveyor plane.
+            Over the conveyor plane, at x = y = 0.
         projective : bool
             True: a corner that is raised evenly moves through the picture by the cross ratio of its heights,
             p = ((1 - s) d_low p_low + s d_high p_high) / ((1 - s) d_low + s d_high), d the depths of the two real
             corners and s = (h - h_low) / (h_high - h_low). False: eq. 4.2 with lambda = s / (1 - s), which leaves
             the depths out and so puts the corner at another height than the one asked for.
+        slope : tuple of float
+            Rise of the board in x and in y, mm per mm: each corner is raised to its own height.
 
         Returns
         -------
         tuple of two ndarray of float64, shape (n, 2)
             Ideal points (x/z, y/z) of the left and of the right camera, corner by corner.
         """
-        share = (height_mm - self.low_mm) / (self.high_mm - self.low_mm)
+        share = (height_mm + self.places_mm @ np.array(slope) - self.low_mm) / (self.high_mm - self.low_mm)
         return self.left.at(share, projective=projective), self.right.at(share, projective=projective)
 
 
@@ -126,6 +137,12 @@ def _projected(rig: Rig) -> dict[str, Array]:
 def _pair(camera: Camera, low_px: Array, high_px: Array, rig: Rig) -> BoardPair:
     low, high = camera.undistort(low_px), camera.undistort(high_px)
     return BoardPair(low, high, _depth_mm(camera, low, rig.low_mm), _depth_mm(camera, high, rig.high_mm))
+
+
+def _places_mm(camera: Camera, boards: BoardPair) -> Array:
+    """Where the corners of the low board lie, x and y."""
+    rays = np.column_stack([boards.low, np.ones(len(boards.low))]) @ camera.R
+    return (camera.centre_mm + rays * boards.low_depth_mm[:, None])[:, :2]
 
 
 def _depth_mm(camera: Camera, ideal: Array, height_mm: float) -> Array:

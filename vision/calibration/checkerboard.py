@@ -141,6 +141,7 @@ class Board:
         """
         fields = Fields.of_text(text)
         fields.refuse_others(BOARD_KEYS)
+        long, short = sorted(fields.pair_of_counts("squares"), reverse=True)
         square_mm = fields.number("square_mm")
         square_u_mm, height_u_mm = fields.number_or_none("square_u_mm"), fields.number_or_none("height_u_mm")
         assumed: list[str] = []
@@ -153,7 +154,6 @@ class Board:
         if height_u_mm is None:
             height_u_mm = UNTOLD_HEIGHT_U_MM
             assumed.append(f"height_u_mm is not given: {height_u_mm:g} mm is assumed for each height of the board")
-        long, short = sorted(fields.pair_of_counts("squares"), reverse=True)
         return cls(
             squares=(long, short),
             square_mm=square_mm,

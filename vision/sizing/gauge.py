@@ -35,7 +35,7 @@ from vision.reasons import Reason
 from vision.sent_picture import Codes, SentPicture
 from vision.sizing.checked_pictures import checked_pair
 from vision.sizing.region_grid import Outline
-from vision.sizing.tangent.bar_pairs import MOST_BARS, pairs_of_bars
+from vision.sizing.tangent.bar_pairs import MOST_BARS, crowded, pairs_of_bars
 from vision.sizing.tangent.gauge import TangentGauge, one_bar
 from vision.sizing.virtual_board.gauge import VirtualBoardGauge
 from vision.sizing.virtual_board.reading import VirtualBoardReading
@@ -71,6 +71,15 @@ class Gauge:
         self._beside = ThreadPoolExecutor(1)
         self._tangent = TangentGauge(rig, ovality_mm)
         self._virtual_board = VirtualBoardGauge(rig, edges=edges, fusion=fusion)
+
+    @property
+    def carried(self) -> tuple[float, float]:
+        """What the next frame gets of the earlier ones; see `VirtualBoardGauge.carried`."""
+        return self._virtual_board.carried
+
+    def resume(self, carried: tuple[float, float]) -> None:
+        """Go on as the gauge would whose `carried` this was; see `VirtualBoardGauge.resume`."""
+        self._virtual_board.resume(carried)
 
     def measure(self, left: SentPicture | Codes, right: SentPicture | Codes) -> SizeReading:
         """Diameter of the bar in one pair of pictures: route T's, judged by route V's.
@@ -110,12 +119,24 @@ class Gauge:
         -------
         tuple of SizeReading
             One, with the reasons of `measure`, unless a view shows several bars: then those that both views show, from
-            smaller x, at most `MOST_BARS`, by route T alone, and last one without a value for each outline that only
-            one view shows (`one_camera`).
+            smaller x, at most `MOST_BARS`, by route T alone, without a value where a neighbour's light lies beside a
+            limb (`edge_not_found`), and last one without a value for each outline of only one view (`one_camera`).
         """
         pictures = checked_pair(self._rig, left, right)
         outlines = self._tangent.outlines(*pictures)
         motions = self._motions(*pictures)
+        readings = self._readings(pictures, outlines, motions, synchronous=synchronous)
+        moved_px = float(np.fmax(motions[0].moved_px, motions[1].moved_px))
+        return tuple(replace(reading, marks_moved_px=moved_px) for reading in readings)
+
+    def _readings(
+        self,
+        pictures: tuple[SentPicture, SentPicture],
+        outlines: tuple[list[Outline], list[Outline]],
+        motions: tuple[MarksMotion, MarksMotion],
+        *,
+        synchronous: bool,
+    ) -> tuple[SizeReading, ...]:
         moved = _reasons_of_move(max(np.nan_to_num([motion.moved_px for motion in motions])))
         found = one_bar(outlines)
         if isinstance(found, Reason) and Reason.SEVERAL_BARS not in found:
@@ -140,7 +161,14 @@ class Gauge:
         measure_bar: Callable[[tuple[Outline, Outline]], SizeReading],
     ) -> tuple[SizeReading, ...]:
         pairs, alone = pairs_of_bars(self._rig, *outlines)
-        readings = [measure_bar(pair) for pair in pairs] + [SizeReading(reasons=Reason.ONE_CAMERA)] * alone
+        near = crowded(self._rig, outlines)
+        readings = [
+            SizeReading(reasons=Reason.EDGE_NOT_FOUND)
+            if any(one is other for one, view in zip(pair, near, strict=True) for other in view)
+            else measure_bar(pair)
+            for pair in pairs
+        ]
+        readings += [SizeReading(reasons=Reason.ONE_CAMERA)] * alone
         return tuple(readings[:MOST_BARS]) if len(readings) > 1 else (SizeReading(reasons=Reason.SEVERAL_BARS),)
 
     def _motions(self, left: SentPicture, right: SentPicture) -> tuple[MarksMotion, MarksMotion]:

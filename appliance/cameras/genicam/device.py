@@ -260,9 +260,10 @@ class Device:
             raise CameraError(f"{self._name} has no black level; leave black_level out")
 
     def _exposure(self, buffer: Any, asked_s: float) -> Exposure | None:
-        self._count(buffer.get_frame_id())
+        in_order = self._count(buffer.get_frame_id())
         now_s = time.monotonic()
-        picture = self._picture(buffer) if buffer.get_status() == Aravis.BufferStatus.SUCCESS else None
+        whole = in_order and buffer.get_status() == Aravis.BufferStatus.SUCCESS
+        picture = self._picture(buffer) if whole else None
         if picture is None:
             self._incomplete += 1
             self._refuse_incomplete(now_s)
@@ -285,12 +286,16 @@ class Device:
                 return math.nan
         return self._settings.exposure_us
 
-    def _count(self, frame_id: int) -> None:
-        """Number the picture, those before it that never came included."""
+    def _count(self, frame_id: int) -> bool:
+        """Number the picture, those before it that never came included; False for one that a later one overtook."""
         if self._last_id is not None:
             step = frame_id - self._last_id
-            self._number += step % LAST_16_BIT_ID if step <= 0 else step
+            step = step % LAST_16_BIT_ID if step <= 0 else step
+            if step == 0 or LAST_16_BIT_ID // 2 < step < LAST_16_BIT_ID:
+                return False
+            self._number += step
         self._last_id = frame_id
+        return True
 
     def _refuse_incomplete(self, now_s: float) -> None:
         lasting_s = now_s - self._complete_s

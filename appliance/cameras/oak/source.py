@@ -21,11 +21,12 @@ from appliance.cameras.newest_picture import NewestPicture
 from appliance.cameras.oak.settings import OakCamera, OakPictures
 from appliance.cameras.pairing import Exposure, Pairing
 from appliance.cameras.source import CameraError, Frame, FramePair
-from vision.sent_picture import SentPicture
+from vision.sent_picture import Coding, SentPicture, sent_picture
 
 os.environ["DEPTHAI_AUTOCALIBRATION"] = "OFF"  # both are read when the library is loaded
 os.environ.setdefault("DEPTHAI_LEVEL", "error")
 
+NV12_CODING = Coding("luma", full_range=False)
 QUEUE_PICTURES = 8  # pictures of a camera that wait to be taken
 TEMPERATURE_PERIOD_S = 5.0
 NO_WAIT = timedelta(microseconds=1)  # `get` lets other threads run while it waits for a queue; `tryGet` does not
@@ -73,7 +74,7 @@ def device_cameras(pipeline: dai.Pipeline, settings: OakCamera) -> Cameras:
     ]
     if right is not left and settings.sync == "wire":
         left.setExternalStrobeEnable(enable=True)
-    kind = dai.ImgFrame.Type.GRAY8 if settings.pictures == "grey" else dai.ImgFrame.Type.BGR888i
+    kind = dai.ImgFrame.Type.GRAY8 if settings.pictures == "grey" else dai.ImgFrame.Type.NV12
     outputs = [node.requestFullResolutionOutput(kind) for node in nodes]
     return Cameras(
         outputs=tuple(outputs),
@@ -87,7 +88,7 @@ def device_camera(pipeline: dai.Pipeline, settings: OakPictures) -> Cameras:
     """The camera of one sensor, in colour, all settings fixed; raises `CameraError` like `device_cameras`."""
     device = _open(pipeline, settings.device)
     node = _camera(pipeline, device, settings.socket, settings, follows=False)
-    output = node.requestFullResolutionOutput(dai.ImgFrame.Type.BGR888i)
+    output = node.requestFullResolutionOutput(dai.ImgFrame.Type.NV12)
     return Cameras(
         outputs=(output,), same_device=True, devices=[device], controls=[node.inputControl.createInputQueue()]
     )
@@ -134,6 +135,24 @@ def _camera(
     return node
 
 
+def picture_of_frame(frame: dai.ImgFrame) -> SentPicture:
+    """SentPicture of a frame: of NV12 luma is measured as the sensor's processor made it, and colours are shown.
+
+    The library takes NV12 for BT.601 of limited range, and so do we; what a device's processor does is not known.
+
+    Parameters
+    ----------
+    frame : dai.ImgFrame
+    """
+    shown = np.asarray(frame.getCvFrame(), dtype=np.uint8)
+    if frame.getType() != dai.ImgFrame.Type.NV12:
+        return SentPicture.of(shown)
+    rows, columns = shown.shape[:2]
+    data = np.asarray(frame.getData(), dtype=np.uint8)
+    luma = data[: frame.getStride() * rows].reshape(rows, frame.getStride())[:, :columns]
+    return sent_picture(np.ascontiguousarray(luma), NV12_CODING, shown)
+
+
 class _Open:
     """Cameras that run: their queues, their temperature, their end."""
 
@@ -173,7 +192,7 @@ class _Open:
         stamp = frame.getTimestampDevice() if self.cameras.same_device else exposed
         exposure_us = 1e6 * frame.getExposureTime().total_seconds()
         return Exposure(
-            SentPicture.of(np.asarray(frame.getCvFrame(), dtype=np.uint8)),
+            picture_of_frame(frame),
             sequence=frame.getSequenceNum(),
             device_us=round(1e6 * stamp.total_seconds()),
             exposed_monotonic_s=exposed.total_seconds(),

@@ -16,6 +16,7 @@ from appliance.cameras.recording.names import (
     videos_in,
 )
 from appliance.cameras.recording.picture_file import read_picture, read_told_coding
+from appliance.cameras.recording.stored_coding import StoredCodings
 from appliance.cameras.recording.video_file import VideoFile
 from appliance.cameras.source import CameraError
 from vision.sent_picture import SentPicture
@@ -118,13 +119,18 @@ class _PictureFrames:
             )
         self._cameras = cameras
         self._told = read_told_coding(folder)
+        self._stored = StoredCodings(folder)
         self.numbers = list(cameras[0])
 
     def read(self, position: int) -> tuple[int, Pictures] | None:
         if position >= len(self.numbers):
             return None
         number = self.numbers[position]
-        return number, tuple(read_picture(paths[number], self._told) for paths in self._cameras)
+        return number, tuple(self._picture(camera, paths[number]) for camera, paths in enumerate(self._cameras))
+
+    def _picture(self, camera: int, path: Path) -> SentPicture:
+        side = SIDES[camera] if len(self._cameras) > 1 else ""
+        return self._stored.of(read_picture(path, self._told), path.stem, side, camera)
 
     def place(self, camera: int, number: int) -> str:
         return str(self._cameras[camera][number])

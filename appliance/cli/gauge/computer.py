@@ -19,9 +19,14 @@ def add_check_config(command: argparse.ArgumentParser) -> None:
 
 
 def run_check_config(given: argparse.Namespace) -> None:
+    from appliance.service.checks import FOR_THE_START
+
     settings = settings_file.load(given.config)
     file = given.config or "the defaults"
     served = _served(settings.plc, file)
+    for check in FOR_THE_START:
+        if (found := check(settings)).verdict == "BAD":
+            raise CommandError(f"{file}: {found.name}: {found.text}")
     print(f"# {file}: good; {served}; in force:")
     for row, value in in_force(settings):
         print(f"{row.key} = {mask(value)}  # {row.allowed}; {row.text}" if value else f"# {row.key}  # {row.text}")

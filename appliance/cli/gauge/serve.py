@@ -68,6 +68,7 @@ async def _supervise(settings: Settings, load: Callable[[], Settings]) -> None:
 
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, stop)
+    loop.add_signal_handler(signal.SIGUSR1, supervisor.keep_pictures)
     managed = service.is_managed()
     if managed:  # without a service manager SIGHUP means that the terminal was closed
         loop.add_signal_handler(signal.SIGHUP, reload)

@@ -23,6 +23,14 @@ def add_fuse(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--plot", type=Path, metavar="DIR", help="folder for both aligned views, the pair in two colours, and edges"
     )
+    command.add_argument(
+        "--slope",
+        type=float,
+        nargs=2,
+        default=(0.0, 0.0),
+        metavar=("ACROSS", "ALONG"),
+        help="rise of that plane in x and y, mm per m, where the line is not parallel to the boards; 0 0 unless given",
+    )
     scales = command.add_argument_group("of wavelets and the pyramid")
     scales.add_argument("--levels", type=whole_number, metavar="N", help="4 unless given")
     scales.add_argument("--rule", choices=("larger", "weighted"), help="of two details; larger unless given")
@@ -30,7 +38,14 @@ def add_fuse(command: argparse.ArgumentParser) -> None:
 
 
 def run_fuse(given: argparse.Namespace) -> None:
-    from appliance.sizing.stereo.fuse_files import checked_scales, fuse_files, metric_lines, write_picture, write_plots
+    from appliance.sizing.stereo.fuse_files import (
+        Plane,
+        checked_scales,
+        fuse_files,
+        metric_lines,
+        write_picture,
+        write_plots,
+    )
     from vision.fusion.methods import METHODS
 
     refuse_lost_input(given.output, (given.left, given.right, given.rig))
@@ -38,7 +53,9 @@ def run_fuse(given: argparse.Namespace) -> None:
     method = one_of(METHODS, given.method, "--method")
     try:
         scales = checked_scales(method, given.levels, given.rule, given.approximation)
-        pair = fuse_files(given.left, given.right, given.rig, method, scales=scales, height_mm=given.height)
+        across, along = (rise / 1000 for rise in given.slope)
+        plane = Plane(given.height, (across, along))
+        pair = fuse_files(given.left, given.right, given.rig, method, scales=scales, plane=plane)
         write_picture(given.output, pair.picture)
         if given.plot is not None:
             write_plots(given.plot, pair)

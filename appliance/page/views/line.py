@@ -12,6 +12,7 @@ from appliance.page.drawing import Frame, Limits, chart
 from appliance.page.parts import Parts
 from appliance.page.texts import Texts
 from appliance.page.watch import NO_SET_POINTS, TREND_S, Watch
+from plc.bars import BAR_FIELDS, BAR_SLOTS
 from plc.codes import NamedBit, Orientation, Validity
 from plc.poll import Snapshot
 from plc.security.roles import Role
@@ -62,6 +63,7 @@ def values(parts: Parts, texts: Texts, login: Login) -> dict[str, Any]:
         "may_acknowledge": login.may(Role.OPERATOR),
         "trend": _trend(parts.watch, snapshot, texts),
         "ingot": _ingot(snapshot, texts, parts),
+        "side_by_side": [] if snapshot is None else _side_by_side(snapshot, texts),
         "bars": parts.watch.bars,
         "health": _health(snapshot, texts),
     }
@@ -89,6 +91,27 @@ def _size(snapshot: Snapshot | None, texts: Texts) -> dict[str, Any]:
         "reasons": [texts.reason(bit) for bit in _on(snapshot, "reason_word")],
         **{key: snapshot.values[name] if valid else None for key, name in SIZES.items()},
     }
+
+
+def _side_by_side(snapshot: Snapshot, texts: Texts) -> list[dict[str, Any]]:
+    """Bars that pass side by side; empty for one or none, which the measurement block holds."""
+    shown: list[dict[str, Any]] = []
+    for number in range(1, BAR_SLOTS + 1) if snapshot.bars.get("bars_count") else ():
+        slot = {name: snapshot.bars[f"bar_{number}_{name}"] for name in BAR_FIELDS}
+        valid = slot["validity"] != int(Validity.NONE)
+        if not valid and not slot["reason_word"]:
+            continue
+        reasons = [bit for bit in _BITS["reason_word"] if int(slot["reason_word"] or 0) >> bit.bit & 1]
+        shown.append(
+            {
+                "number": number,
+                "diameter": slot["diameter"] if valid else None,
+                "expanded": slot["expanded_uncertainty"] if valid else None,
+                "offset": slot["offset"],
+                "reasons": [texts.reason(bit) for bit in reasons],
+            }
+        )
+    return shown
 
 
 def _judged(watch: Watch, snapshot: Snapshot | None) -> dict[str, Any]:

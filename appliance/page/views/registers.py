@@ -9,7 +9,7 @@ from appliance.page.parts import Parts
 from appliance.page.texts import Texts
 from plc import export
 from plc.poll import Snapshot, value_in_words
-from plc.registers import MEASUREMENTS, REGISTERS, SET_POINTS
+from plc.registers import BARS, MEASUREMENTS, REGISTERS, SET_POINTS
 from plc.rows import Register, Table, select
 from plc.structured_text.dialect import Dialect
 from plc.structured_text.program import to_structured_text
@@ -50,6 +50,14 @@ def _tables(snapshot: Snapshot, texts: Texts) -> list[dict[str, Any]]:
                 _row(row, ("input", "holding"), snapshot.words, MEASUREMENTS.start, snapshot.values[row.name])
                 for row in measured
                 if not row.spare
+            ],
+        },
+        {
+            "name": "bars_block",
+            "rows": [
+                _row(row, ("input", "holding"), snapshot.bar_words, BARS.start, snapshot.bars[row.name])
+                for row in select(REGISTERS, "input", "r", "bars")
+                if not row.spare and snapshot.bars
             ],
         },
         {

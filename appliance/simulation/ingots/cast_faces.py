@@ -1,6 +1,7 @@
 """Ends of ingots as their geometry shows them: a height, and the light that glows from it and falls on it.
 
-A top is a dish inside a rim with skin that flowed and folded; a bottom is flat, was cooled by the
+No network is trained on these faces; they judge one that was trained on the others (`faces.py`,
+`foreign_faces.py`). A top is a dish inside a rim with skin that flowed and folded; a bottom is flat, was cooled by the
 mould in the middle, and bears what the mould, tongs and chains left. Blemishes come on both.
 """
 

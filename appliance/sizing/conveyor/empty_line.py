@@ -1,9 +1,10 @@
 """Pictures of the empty line between two barriers, and the gauge made from them, which measures its computing time."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -67,10 +68,24 @@ class TimedConveyorGauge:
     def __init__(self, empty: list[Picture], name: str, make: Callable[[list[Picture]], ConveyorGauge]) -> None:
         _check_size(empty[0], name)
         self._empty = empty[0]
+        self._is_one = len(empty) == 1
         self.name = name
         for picture in empty:
             self._check_colours(picture)
         self._gauge = make(empty)
+
+    @property
+    def scale_file(self) -> tuple[str, bytes] | None:
+        """Name and content of the picture of the empty line; None where the camera has its own pictures of it."""
+        return ("empty.png", cv2.imencode(".png", self._empty)[1].tobytes()) if self._is_one else None
+
+    @property
+    def carried(self) -> tuple[float, ...]:
+        """Nothing: each picture is measured on its own."""
+        return ()
+
+    def resume(self, carried: Sequence[float]) -> None:
+        """Nothing is carried over; see `TimedReader.resume`."""
 
     @property
     def barriers(self) -> Barriers | Reason:

@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from appliance.files.atomic_file import whole_file
+from appliance.files.row_writer import row_writer
 from appliance.sizing.figures import figure_class, mark_frames, save_figure
 from vision.readings import SizeReading
 from vision.reasons import Reason
@@ -65,9 +67,19 @@ class ConveyorPlots:
                 self._counted[number].append((frame, float(sized_mm.mean()), float(sized_mm.std())))
 
     def write(self) -> None:
-        """Draw `experiments.png` and `frames.png`."""
+        """Draw `experiments.png` and `frames.png`, and write the experiments' figures to `experiments.csv`."""
+        self._figures()
         self._experiments()
         self._frames()
+
+    def _figures(self) -> None:
+        """Mean and deviation of each frame in the four experiments, eq. 3.7, as rows."""
+        path = self._folder / "experiments.csv"
+        with whole_file(path) as file:
+            write = row_writer(path, file, ("experiment", "frame", "mean_mm", "sigma_mm"))
+            for number, sized in self._counted.items():
+                for frame, mean_mm, sigma_mm in sized:
+                    write({"experiment": number, "frame": frame, "mean_mm": mean_mm, "sigma_mm": sigma_mm})
 
     def _experiments(self) -> None:
         """Mean and deviation of each frame in the four experiments, like figure 3.22 of the dissertation."""

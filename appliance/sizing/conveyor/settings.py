@@ -86,6 +86,10 @@ class ConveyorSettings(SizingMethod):
         """The picture of the empty line; see `SizingMethod.scale_file`."""
         return self.conveyor.background
 
+    def with_scale_file(self, file: Path) -> Self:
+        """Copy the settings with another picture of the empty line; see `SizingMethod.with_scale_file`."""
+        return self.model_copy(update={"conveyor": self.conveyor.model_copy(update={"background": file})})
+
     def make_gauge(self, _on_usable: Callable[[], None], /) -> TimedReader:
         """Make the gauge from the empty line; see `SizingMethod.make_gauge`."""
         from appliance.sizing.conveyor.gauge import conveyor_gauge

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -14,7 +15,7 @@ from appliance.files.atomic_file import whole_place
 from appliance.sizing.stereo.overlays import edges_of_views
 from appliance.sizing.stereo.rig_file import RigError, load_rig
 from vision.alignment.view_alignment import Alignment
-from vision.alignment.virtual_boards import VirtualBoards
+from vision.alignment.virtual_boards import LEVEL, VirtualBoards
 from vision.calibration.rig import Rig
 from vision.fusion.common_view import common_rectangle
 from vision.fusion.methods import MULTISCALE, Method, fuse
@@ -60,6 +61,21 @@ class FusedPair:
     height_mm: float
 
 
+class Plane(NamedTuple):
+    """Plane on which the views are aligned.
+
+    Attributes
+    ----------
+    height_mm : float or None
+        Over the conveyor, at x = y = 0; None: where the bar's outlines in both views agree.
+    slope : tuple of float
+        Rise in x and in y, mm per mm: the virtual board is turned so.
+    """
+
+    height_mm: float | None
+    slope: tuple[float, float] = LEVEL
+
+
 def checked_scales(
     method: Method, levels: int | None, rule: Rule | None, approximation: Approximation | None
 ) -> Scales:
@@ -93,7 +109,7 @@ def checked_scales(
 
 
 def fuse_files(
-    left: Path, right: Path, rig: Path, method: Method, *, scales: Scales = DEFAULT_SCALES, height_mm: float | None
+    left: Path, right: Path, rig: Path, method: Method, *, scales: Scales = DEFAULT_SCALES, plane: Plane
 ) -> FusedPair:
     """Fuse the pictures of two files.
 
@@ -107,8 +123,8 @@ def fuse_files(
         One of `METHODS`.
     scales : Scales
         Used by wavelets and the pyramid only.
-    height_mm : float or None
-        Plane on which the views are aligned; None: where the bar's outlines in both views agree.
+    plane : Plane
+        Plane on which the views are aligned.
 
     Raises
     ------
@@ -130,16 +146,15 @@ def fuse_files(
             raise RigError(f"{rig}: made for pictures of {expected}, {path} is {size[0]} x {size[1]}; use its own rig")
     if pictures[0].shown.ndim != pictures[1].shown.ndim:
         raise FusionError(f"{right}: one picture is grey and the other in colour; give two of a kind")
-    return _fused(pictures, calibrated, method, scales, height_mm)
+    return _fused(pictures, calibrated, method, scales, plane)
 
 
 def _fused(
-    pictures: tuple[SentPicture, SentPicture], rig: Rig, method: Method, scales: Scales, height_mm: float | None
+    pictures: tuple[SentPicture, SentPicture], rig: Rig, method: Method, scales: Scales, plane: Plane
 ) -> FusedPair:
-    if height_mm is None:
-        height_mm = _height_of_bar(pictures, rig)
+    height_mm = _height_of_bar(pictures, rig) if plane.height_mm is None else plane.height_mm
     left, right = map(whole_picture, (rig.left, rig.right), pictures)
-    alignment = Alignment(rig, VirtualBoards.of_rig(rig), left, right, projective=True)
+    alignment = Alignment(rig, VirtualBoards.of_rig(rig), left, right, projective=True, slope=plane.slope)
     aligned, seen = alignment.right_on_left(height_mm), alignment.seen_by_both(height_mm)
     common = common_rectangle(seen)
     if not seen[common].size:

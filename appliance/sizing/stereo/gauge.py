@@ -1,10 +1,10 @@
 """The stereo gauge with its computing time, which `vision` must not read, and error sentences for a wrong rig."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Generic, NamedTuple, Protocol, TypeVar
+from typing import Generic, NamedTuple, Protocol, TypeVar, cast
 
 import cv2
 import numpy as np
@@ -144,6 +144,25 @@ class TimedGauge(Generic[Reading_co]):
             )
 
 
+class StationGauge(TimedGauge[SizeReading]):
+    """The gauge of a station: another process can go on where it was."""
+
+    @property
+    def scale_file(self) -> tuple[str, bytes]:
+        """Name and content of the rig file; see `TimedReader.scale_file`."""
+        return "rig.json", self._rig.to_json().encode()
+
+    @property
+    def carried(self) -> tuple[float, ...]:
+        """What the next frame gets of the earlier ones; see `TimedReader.carried`."""
+        return cast("Gauge", self._gauge).carried
+
+    def resume(self, carried: Sequence[float]) -> None:
+        """Go on as the gauge would whose `carried` this was; see `TimedReader.resume`."""
+        height_mm, area_px = carried
+        cast("Gauge", self._gauge).resume((height_mm, area_px))
+
+
 class RouteV(NamedTuple):
     """How route V finds edges and fuses the views.
 
@@ -164,7 +183,7 @@ class RouteV(NamedTuple):
 USUAL_ROUTE_V = RouteV()
 
 
-def rig_file_gauge(path: Path, ovality_mm: float | None, route_v: RouteV = USUAL_ROUTE_V) -> TimedGauge[SizeReading]:
+def rig_file_gauge(path: Path, ovality_mm: float | None, route_v: RouteV = USUAL_ROUTE_V) -> StationGauge:
     """Make the gauge of a rig file; raises `RigError` as `load_rig` and `TimedGauge` do.
 
     Parameters
@@ -177,9 +196,7 @@ def rig_file_gauge(path: Path, ovality_mm: float | None, route_v: RouteV = USUAL
     return pair_gauge(load_rig(path), str(path), ovality_mm, route_v)
 
 
-def pair_gauge(
-    rig: Rig, name: str, ovality_mm: float | None, route_v: RouteV = USUAL_ROUTE_V
-) -> TimedGauge[SizeReading]:
+def pair_gauge(rig: Rig, name: str, ovality_mm: float | None, route_v: RouteV = USUAL_ROUTE_V) -> StationGauge:
     """Make the gauge of a rig, by both routes; raises `RigError` as `TimedGauge` does, and `EdgeModelError`.
 
     Parameters
@@ -194,7 +211,7 @@ def pair_gauge(
     forest = None if route_v.edge_model is None else load_edge_model(route_v.edge_model)
     edges = EdgeOptions(method=route_v.edges, forest=forest)
     make = partial(Gauge, ovality_mm=ovality_mm, edges=edges, fusion=route_v.fusion)
-    return TimedGauge[SizeReading](rig, name, make)
+    return StationGauge(rig, name, make)
 
 
 def _lines(camera: Camera, region_y_mm: tuple[float, float], reading: SizeReading) -> list[Line]:

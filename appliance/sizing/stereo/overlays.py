@@ -102,7 +102,7 @@ def two_colours(pair: AlignedPair) -> Picture:
         if outline is not None:
             moved = outline.moved(transform)
             _polygon(shown, np.concatenate([moved.first, moved.second[::-1]]), colour)
-    corners, _ = alignment.boards.corners(height_mm, projective=alignment.projective)
+    corners, _ = alignment.boards.corners(height_mm, projective=alignment.projective, slope=alignment.slope)
     for x, y in transformed(solved(alignment.left.to_ideal, np.eye(3)), corners):
         cv2.drawMarker(shown, (round(float(x)), round(float(y))), BOARD_COLOUR, cv2.MARKER_CROSS, 7)
     return shown

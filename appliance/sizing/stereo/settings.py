@@ -65,6 +65,10 @@ class SizingSettings(SizingMethod):
         """The rig file; see `SizingMethod.scale_file`."""
         return self.rig
 
+    def with_scale_file(self, file: Path) -> Self:
+        """Copy the settings with another rig file; see `SizingMethod.with_scale_file`."""
+        return self.model_copy(update={"rig": file})
+
     def make_source(self) -> "PairSource":
         """Make the source of image pairs; see `SizingMethod.make_source`."""
         return self.camera.make_source(self.liveness.apart_max_us)

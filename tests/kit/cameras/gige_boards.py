@@ -4,14 +4,15 @@ python gige_boards.py BOARDS OUTPUT
 """
 
 import contextlib
+import os
 import subprocess
 import sys
 from pathlib import Path
 
 from running import HOTGAUGE
-from shown_boards import BOARD_WORDS, HEIGHT_WORDS
+from shown_boards import HEIGHT_WORDS, capture_poses
 
-POSES, HELD_S = 7, 1.2  # of cameras that run freely at 10 Hz, a pair now and then shows two poses and is refused
+LAST, HELD_S = 6, 1.2  # of cameras that run freely at 10 Hz, a pair now and then shows two poses and is refused
 CAMERAS = {"GV01": ("127.0.0.1", "left"), "GV02": ("127.0.0.2", "right")}
 CONFIG = """
 [sizing.camera]
@@ -27,10 +28,10 @@ apart_max_us = 60000
 
 
 @contextlib.contextmanager
-def gige_camera(serial, folder, held_s):
+def gige_camera(serial, folder, held_s, log=os.devnull):
     address, side = CAMERAS[serial]
     script = Path(__file__).with_name("gige_camera.py")
-    words = [sys.executable, script, address, serial, "--show", folder / side, str(held_s)]
+    words = [sys.executable, script, address, serial, "--show", folder / side, str(held_s), "--log", log]
     with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         try:
             assert process.stdout.readline() == "ready\n"
@@ -50,7 +51,8 @@ def main():
     config.write_text(CONFIG)
     told = ["--config", config]
     rig = ["--output", output / "rig"]
-    capture(boards / "boards", "boards", *rig, *BOARD_WORDS, "--poses", POSES, "--within", 40, *told)
+    with gige_camera("GV01", boards / "boards", HELD_S), gige_camera("GV02", boards / "boards", HELD_S):
+        print(capture_poses(output / "rig", config, LAST), flush=True)
     for height in ("low", "high"):
         capture(boards / height, "registration", *rig, *HEIGHT_WORDS, "--height", height, *told)
     capture(boards / "boards", "recording", "--output", output / "recording", "--seconds", 1, *told)

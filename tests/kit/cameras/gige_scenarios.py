@@ -7,6 +7,7 @@ camera's clock counts as its own.
 import contextlib
 import itertools
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -117,6 +118,7 @@ def pairs(number=1000, apart_max_us=22_000, **more):
         "apart_median_ms": round(apart_us[len(apart_us) // 2] / 1000, 1),
         "apart_p99_ms": round(apart_us[len(apart_us) * 99 // 100] / 1000, 1),
         "apart_most_ms": round(apart_us[-1] / 1000, 1),
+        "load": round(os.getloadavg()[0], 1),
     }
 
 

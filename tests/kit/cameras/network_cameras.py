@@ -117,7 +117,8 @@ def http_camera(columns=640, rows=480, picture=None, rate=25):
             self.end_headers()
             with contextlib.suppress(OSError):
                 while True:
-                    time.sleep((math.floor(time.monotonic() * rate) + 1) / rate - time.monotonic())
+                    now_s = time.monotonic()
+                    time.sleep((math.floor(now_s * rate) + 1) / rate - now_s)
                     jpeg = cv2.imencode(".jpg", picture(now_ms()))[1].tobytes()
                     head = f"--picture\r\nContent-Type: image/jpeg\r\nContent-Length: {len(jpeg)}\r\n\r\n"
                     self.wfile.write(head.encode() + jpeg + b"\r\n")

@@ -77,7 +77,8 @@ class Camera:
 
     def wait_for_next(self):
         """Every camera of this computer exposes at the same moments, as a common trigger would have it."""
-        time.sleep((math.floor(time.monotonic() * self.rate) + 1) / self.rate - time.monotonic())
+        now_s = time.monotonic()
+        time.sleep((math.floor(now_s * self.rate) + 1) / self.rate - now_s)
 
     def picture(self, size):
         return clock_picture(now_ms(), *size) if self.shown is None else self.shown.at(now_ms())

@@ -1,7 +1,11 @@
 """Folders of board pictures for cameras that show folders: poses, low board, high board, each left and right."""
 
+import signal
+import subprocess
+
 import cv2
 import numpy as np
+from running import HOTGAUGE
 
 from appliance.simulation.bars.line_scene import Scene
 from appliance.simulation.boards.board_pictures import rig_folder_pictures
@@ -25,3 +29,16 @@ def write_boards(folder, poses, seed=3):
             (folder / kind / side).mkdir(parents=True, exist_ok=True)
             cv2.imwrite(str(folder / kind / side / name), picture)
     return rig
+
+
+def capture_poses(rig_folder, config, last):
+    """Run `hotgauge capture boards` until it has stored a pose of this number, then end it by Ctrl-C; what it said."""
+    words = ["capture", "boards", "--output", rig_folder, *BOARD_WORDS, "--within", "120", "--config", config]
+    with subprocess.Popen([HOTGAUGE, *map(str, words)], stdout=subprocess.PIPE, text=True) as process:
+        said = ""
+        for line in process.stdout:
+            said += line
+            if line.startswith(f"pose {last:02d}"):
+                process.send_signal(signal.SIGINT)
+        assert process.wait(20) == 0, said
+    return said

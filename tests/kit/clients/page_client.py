@@ -63,11 +63,13 @@ class Gauge:
 
     def say(self, **values: float | None) -> None:
         """Have the registers say this."""
-        words = encode({"device_state": 0, **values}).words
-        numbers = struct.unpack(f">{len(words) // 2}H", words)
+        image = encode({"device_state": 0, **values})
+        numbers, side_by_side = (struct.unpack(f">{len(one) // 2}H", one) for one in (image.words, image.bars))
         written = dict.fromkeys((row.name for row in select(REGISTERS, "holding", "rw")), None)
         bits = dict.fromkeys((row.name for row in select(REGISTERS, "discrete", "r")), False)
-        self.watch.add(Snapshot(decode(numbers), bits, 1.0, written, numbers, (0,) * len(SET_POINTS)))
+        bars = decode(side_by_side, block="bars")
+        set_points = (0,) * len(SET_POINTS)
+        self.watch.add(Snapshot(decode(numbers), bits, 1.0, written, numbers, set_points, bars, side_by_side))
 
 
 class PageClient(TestClient):

@@ -71,13 +71,18 @@ def write_references(folder, view):
 
 def follow(scene, settings=SETTINGS):
     """Counts of frames and ingots of one scene."""
-    reader, follower = None, IngotFollower(decision_rule(settings.decision))
-    sights, readings, decisions = [], [], []
-    for frame, (picture, sight) in enumerate(scene.frames):
+    reader, sights, readings = None, [], []
+    for picture, sight in scene.frames:
         reader = reader or make_reader(settings, scene.view, picture)
-        reading = reader.read(picture)
         sights.append(sight)
-        readings.append(reading)
+        readings.append(reader.read(picture))
+    return counted(sights, readings, settings)
+
+
+def counted(sights, readings, settings):
+    """Counts of frames and ingots of readings of successive frames."""
+    follower, decisions = IngotFollower(decision_rule(settings.decision)), []
+    for frame, reading in enumerate(readings):
         decisions += follower.add(frame, reading)
     decisions += follower.end()
     truth = {frame: EndTruth(sight.present, sight.label, sight.state) for frame, sight in enumerate(sights)}

@@ -11,6 +11,7 @@ from appliance.history.recorder import Recorder
 from appliance.history.settings import HistorySettings
 from appliance.history.tables import Row
 from plc.codes import Decision
+from plc.security.roles import Client, Role
 from vision.reasons import Reason
 
 BAR_PERIOD_S = 40.0
@@ -73,7 +74,7 @@ class MillHistory:
         written = {"target_diameter": round(100 * target_mm), "product_id": 70000 + round(target_mm)}
         tolerance = {"tolerance_plus": round(100 * TOLERANCE_MM), "tolerance_minus": round(100 * TOLERANCE_MM)}
         self.inputs.add(written | tolerance)
-        self.recorder.add_writes(written | tolerance)
+        self.recorder.add_writes(written | tolerance, Client("10.0.0.5", Role.ENGINEER))
 
     def _break(self) -> None:
         """Let a camera be lost for a minute, and an alarm with it."""

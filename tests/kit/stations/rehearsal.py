@@ -48,8 +48,8 @@ class Rehearsal:
     def start(self) -> None:
         self._thread.start()
 
-    def connect(self) -> Wire:
-        assert self._serving.wait(10)
+    def connect(self, within_s: float = 10) -> Wire:
+        assert self._serving.wait(within_s)
         return Wire(self._port)
 
     def reload(self, load: Callable[[], Settings]) -> None:

@@ -6,6 +6,7 @@ import pytest
 from modbus_wire import LIVE, Wire, served
 
 from plc.process_image import encode
+from plc.security.roles import Client
 from plc.server import ModbusServer
 
 
@@ -14,10 +15,15 @@ class Writes(list):
 
     broken = False
 
-    def __call__(self, changed: dict[str, int | bool]) -> None:
+    def __init__(self) -> None:
+        super().__init__()
+        self.clients: list[Client] = []
+
+    def __call__(self, changed: dict[str, int | bool], client: Client) -> None:
         if self.broken:
             raise OSError("disk full")
         self.append(dict(changed))
+        self.clients.append(client)
 
 
 @pytest.fixture

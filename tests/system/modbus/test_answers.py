@@ -38,7 +38,7 @@ def test_status_bits_follow_the_alarms_as_discrete_inputs(wire):
     ("function", "start", "count"),
     [
         *[(function, *wanted) for function in (3, 4) for wanted in ((624, 1), (624, 2), (623, 107), (65535, 125))],
-        *[(1, start, count) for start, count in ((42, 1), (41, 24), (0, 65), (65535, 2000))],
+        *[(1, start, count) for start, count in ((43, 1), (42, 23), (0, 65), (65535, 2000))],
         *[(2, start, count) for start, count in ((21, 1), (20, 45), (0, 2000))],
     ],
 )
@@ -206,9 +206,9 @@ def test_a_set_point_out_of_bounds_answers_3_and_nothing_of_the_request_is_writt
         write_registers(65535, 1, 1),
         struct.pack(">BHH", 5, 0, 0xFF00),
         struct.pack(">BHH", 5, 16, 0xFF00),
-        struct.pack(">BHH", 5, 42, 0xFF00),
+        struct.pack(">BHH", 5, 43, 0xFF00),
         write_coils(31, True, True),
-        write_coils(41, True, True),
+        write_coils(42, True, True),
         write_coils(0, *[True] * 40),
         write_and_read(0, 1, 0, 1),
         write_and_read(624, 2, 200, 26550),  # the read half is refused before the write half acts

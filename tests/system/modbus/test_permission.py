@@ -22,6 +22,7 @@ from modbus_wire import (
 )
 
 from plc.process_image import encode
+from plc.registers import MAP_VERSION
 from plc.security.addresses import Network
 from plc.server import ModbusServer
 
@@ -142,7 +143,7 @@ def test_the_server_binds_to_names_and_to_both_kinds_of_addresses(written, host,
         for place in places:
             with socket.create_connection((place, server.port), timeout=5) as client:
                 client.sendall(frame(read(4, 1, 1)))
-                assert client.recv(64)[7:] == bytes((4, 2, 0, 4))
+                assert client.recv(64)[7:] == bytes((4, 2, 0, MAP_VERSION))
 
 
 def test_an_ipv4_writer_is_known_also_when_it_comes_through_an_ipv6_socket(written):

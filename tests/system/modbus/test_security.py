@@ -173,7 +173,7 @@ def test_the_plain_port_can_be_off(folder, written):
         with asyncio.run_coroutine_threadsafe(connect(), loop).result(5) as own:
             own.settimeout(5)
             own.sendall(frame(read(4, 1, 1)) + frame(write_registers(200, 26550)))
-            assert own.recv(11)[7:] == bytes((4, 2, 0, 4))
+            assert own.recv(11)[7:] == bytes((4, 2, 0, 5))
             assert own.recv(64)[7:] == exception(16, 1)
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from appliance.cameras.liveness import Exposure, Liveness
 from appliance.cameras.oak.settings import OakCamera, OakPictures
-from appliance.cameras.oak.source import Cameras, OakPictureSource, OakSource
+from appliance.cameras.oak.source import Cameras, OakPictureSource, OakSource, picture_of_frame
 from appliance.cameras.settings import LivenessSettings
 from appliance.cameras.source import CameraError
 
@@ -199,3 +199,15 @@ def test_an_exposure_that_reaches_a_lost_camera_is_no_crash():
 
     with OakSource(OakCamera(kind="oak"), 1000, cameras) as oak:
         oak.set_exposure(500.0)
+
+
+def test_of_nv12_the_luma_is_measured_as_it_was_sent_and_colours_are_shown():
+    """Luma of a picture whose colours change from pixel to pixel: made of the decoded colours it would be smoothed."""
+    bgr = np.random.default_rng(2).integers(0, 256, (48, 64, 3), dtype=np.uint8)
+    frame = dai.ImgFrame()
+    frame.setCvFrame(bgr, dai.ImgFrame.Type.NV12)
+    picture = picture_of_frame(frame)
+    weights = np.array([24.966, 128.553, 65.481]) / 255  # of blue, green, red in 16 to 235 (ITU-R BT.601)
+    assert np.abs(picture.measured[:, :, 0] - (16 + bgr @ weights)).max() <= 1
+    assert (picture.coding.samples, picture.coding.black, picture.coding.white) == ("luma", 16, 235)
+    assert picture.shown.shape == (48, 64, 3)

@@ -223,20 +223,18 @@ def test_the_empty_line_of_two_cameras_is_not_needed(tmp_path, capsys):
     assert "only the conveyor method needs the empty line" in capsys.readouterr().err
 
 
-def test_references_are_taken_where_the_reader_finds_ends(tmp_path, capsys):
+def test_references_are_taken_where_the_reader_finds_ends(tmp_path, capsys, recordings):
     """The camera plays pictures of one ingot that lies: its end becomes the reference, and its regions go along."""
-    view = tmp_path / "simulated"
-    assert main(["simulate", "--scene", "ingots", "--frames", "90", "--output", str(view)]) == 0
-    regions = json.loads((view / "roi.json").read_text())
-    table = list(csv.DictReader((view / "seq01" / "truth.csv").read_text().splitlines()))
-    for end in ("top", "bottom"):
-        lies = [row["frame"] for row in table if row["state"] == "placed" and row["label"] == end]
-        three = lies[len(lies) // 2 :][:3]
+    line = recordings / "ingot_line"
+    regions = json.loads((line / "roi.json").read_text())
+    for end, sequence in (("top", "seq02"), ("bottom", "seq01")):
+        table = csv.DictReader((line / sequence / "truth.csv").read_text().splitlines())
+        lies = [row["frame"] for row in table if row["label"] == end and row["touch"] == row["over"] == "0"]
         folder = tmp_path / end
         folder.mkdir()
-        for frame in three:
+        for frame in lies[len(lies) // 2 :][:3]:
             name = f"{int(frame):06}.jpg"
-            (folder / name).write_bytes((view / "seq01" / name).read_bytes())
+            (folder / name).write_bytes((line / sequence / name).read_bytes())
         config = tmp_path / f"{end}.toml"
         config.write_text(
             f"[ingot]\ncrop = {regions['roi_crop']}\ncentroid = {regions['roi_centroid']}\n"
@@ -247,7 +245,7 @@ def test_references_are_taken_where_the_reader_finds_ends(tmp_path, capsys):
         assert read_picture(tmp_path / "references" / f"{end}.png").size == (64, 64)
     taken = load_view(tmp_path / "references")
     assert [list(taken.crop), list(taken.centroid)] == [regions["roi_crop"], regions["roi_centroid"]]
-    own = load_view(view).references
+    own = load_view(line).references
     top, bottom = as_reference(own.top), as_reference(own.bottom)
     assert similarity(taken.references.top, top) > similarity(taken.references.top, bottom)
     assert similarity(taken.references.bottom, bottom) > similarity(taken.references.bottom, top)

@@ -8,6 +8,7 @@ import pytest
 from ingot_recording import BOTTOM, EMPTY, write_recording
 
 from appliance.cli.main import main
+from appliance.ingot.annotated_pictures import COLOURS, LEGEND_PX
 
 FRAME_KEYS = [
     "frame", "present", "orientation", "ssim_top", "ssim_bottom", "center_x", "center_y", "radius", "reasons",
@@ -86,7 +87,9 @@ def test_plot_writes_a_picture_per_frame_and_a_strip_of_the_ends(recording, reco
     found = sum(bool(line.get("present")) for line in rows(tmp_path / "out"))
     assert len(list((tmp_path / "plot").glob("*.jpg"))) == len(list(recording.iterdir()))
     strip = cv2.imread(str(tmp_path / "plot" / "ends.png"))
-    assert strip.shape == (-(-found // 12) * 70, 12 * 70, 3)
+    assert strip.shape == (-(-found // 12) * 70 + LEGEND_PX, 12 * 70, 3)
+    legend = {tuple(map(int, colour)) for colour in strip[-LEGEND_PX:].reshape(-1, 3)}
+    assert set(COLOURS.values()) <= legend
 
 
 def test_trouble_is_one_sentence_and_leaves_no_file(recording, recordings, tmp_path, capsys):

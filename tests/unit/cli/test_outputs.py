@@ -46,7 +46,7 @@ def test_a_link_to_an_input_is_that_input(recording, capsys, monkeypatch):
     assert "would be lost" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("name", ["x.xlsx", "-", "readings.parquet"])
+@pytest.mark.parametrize("name", ["x.xlsx", "-", "readings.feather"])
 def test_a_name_that_promises_another_format_is_refused(recording, name, capsys, monkeypatch):
     monkeypatch.chdir(recording)
     assert cli.main(["measure", "rec", "--rig", "rig.json", f"--output={name}"]) == 2

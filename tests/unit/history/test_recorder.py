@@ -8,6 +8,8 @@ from messages import reading, verdict
 from appliance.conformity.plc_inputs import PlcInputs
 from appliance.history.recorder import Recorder
 from appliance.history.settings import HistorySettings
+from appliance.sizing.adjustment import Adjustment
+from plc.security.roles import Client, Role
 from vision.reasons import Reason
 
 RUN = 1_700_000_000_000
@@ -29,12 +31,14 @@ class Kept:
         self.sequence += 1
         self.now_s += after_s
         reasons = served.pop("reasons", Reason.NONE if diameter_mm is not None else Reason.NO_BAR)
+        moved_px = served.pop("marks_moved_px", float("nan"))
         message = reading(
             sequence=self.sequence,
             exposed_monotonic_s=self.now_s,
             exposed_utc_ms=round(1000 * self.now_s),
             diameter_mm=diameter_mm,
             reasons=reasons,
+            marks_moved_px=moved_px,
         )
         values = {"bar_sequence": bar, "validity": int(diameter_mm is not None), "reason_word": int(reasons)}
         if diameter_mm is not None:
@@ -197,7 +201,37 @@ def test_a_fault_of_two_stations_is_two_rows_and_each_ends_by_itself():
 
 def test_writes_are_kept_in_units_and_a_heartbeat_is_none():
     kept = Kept()
-    kept.recorder.add_writes({"target_diameter": 25015, "hold": True, "plc_heartbeat": 3, "product_id": 70000})
+    changed = {"target_diameter": 25015, "hold": True, "plc_heartbeat": 3, "product_id": 70000}
+    kept.recorder.add_writes(changed, Client("10.0.0.5", Role.OPERATOR, "line 3"))
     assert {row["name"]: row["value"] for row in kept.of("set_point_writes")} == {
         "target_diameter": 250.15, "hold": 1.0, "product_id": 70000,
     }  # fmt: skip
+    who = {(row["role"], row["address"], row["certificate"]) for row in kept.of("set_point_writes")}
+    assert who == {("operator", "10.0.0.5", "line 3")}
+
+
+def test_the_still_marks_of_a_day_are_one_row_that_grows_and_the_next_day_has_its_own():
+    kept = Kept()
+    kept.now_s = 1_700_006_400.0  # 2023-11-15, midnight UTC
+    for number in range(200):
+        kept.read(marks_moved_px=0.1 if number % 2 else 0.2, after_s=60.0)
+    kept.read(marks_moved_px=float("nan"))
+    days = kept.of("mark_checks")
+    assert {row["day_utc_ms"] for row in days} == {1_700_006_400_000}
+    assert days[-1]["mean_px"] == pytest.approx(0.15, abs=0.01)
+    assert days[-1]["largest_px"] == 0.2
+    assert days[-1]["readings"] > days[0]["readings"] >= 60
+    kept.now_s = 1_700_092_800.0
+    for _ in range(100):
+        kept.read(marks_moved_px=0.4)
+    assert (kept.of("mark_checks")[-1]["day_utc_ms"], kept.of("mark_checks")[-1]["mean_px"]) == (1_700_092_800_000, 0.4)
+
+
+def test_a_known_error_that_is_taken_off_is_a_row_and_so_is_its_end_but_none_is_none():
+    kept = Kept()
+    kept.recorder.set_adjustment(Adjustment())
+    assert kept.of("adjustments") == []
+    known = Adjustment(added_mm=-0.1, expanded_mm=0.02, date="2026-11-28", reason="master 250.00", who="A. Smith")
+    kept.recorder.set_adjustment(known)
+    kept.recorder.set_adjustment(Adjustment())
+    assert [(row["added_mm"], row["who"]) for row in kept.of("adjustments")] == [(-0.1, "A. Smith"), (0.0, "")]

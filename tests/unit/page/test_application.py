@@ -44,6 +44,16 @@ def test_the_line_shows_what_the_registers_say(gauge):
     assert "out of tolerance" in text
 
 
+def test_bars_side_by_side_are_shown_each_with_its_size_and_what_is_wrong_with_it(gauge):
+    bars = {"bars_count": 2, "bar_1_diameter": 100.251, "bar_1_validity": 1, "bar_1_offset": -120.0}
+    gauge.say(validity=0, reason_word=4, **bars, bar_2_validity=0, bar_2_reason_word=8)
+    text = log_in(client_of(gauge), Role.VIEWER).get("/live/line").text
+    assert "<strong>100.25</strong>" in text
+    assert "<td>−120</td>" in text
+    assert "too few sub-pixel edge points" in text
+    assert text.count('<tr><th scope="row">') == 2
+
+
 def test_a_number_stands_with_the_sign_of_its_language(gauge):
     gauge.say(diameter=100.256, validity=1)
     text = log_in(client_of(gauge), Role.VIEWER).get("/live/line", headers={"Accept-Language": "de-AT"}).text

@@ -178,6 +178,17 @@ def number(text: str) -> float:
     return float(text) if "." in text else int(text)
 
 
+COMPANIONS = {
+    "sizing.adjustment.added_mm": {
+        "sizing.adjustment.expanded_mm": 0.1,
+        "sizing.adjustment.date": '"2026-11-28"',
+        "sizing.adjustment.reason": '"master 250.00"',
+        "sizing.adjustment.who": '"A. Smith"',
+    }
+}
+"""What must be given beside a key."""
+
+
 def head_of(row) -> str:
     """Lines that make a row count; dotted keys, which may stand in any order."""
     lines = [f'{kind.key} = "{kind.choice}"\n' for kind in row.kinds]
@@ -186,6 +197,7 @@ def head_of(row) -> str:
         for (key, kind), text in REQUIRED.items()
         if key in {one.key for one in row.kinds} and (kind == row.kind or kind == row.kinds[0].choice)
     ]
+    lines += [f"{key} = {value}\n" for key, value in COMPANIONS.get(row.key, {}).items()]
     return "".join(line for line in lines if not line.startswith(f"{row.key} ="))
 
 

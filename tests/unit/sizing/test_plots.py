@@ -67,7 +67,11 @@ def test_a_conveyor_is_measured_and_drawn(tmp_path):
     words = ["measure", str(tmp_path / "thermal"), "--method", "conveyor", "--barrier-mm", "500"]
     assert cli.main([*words, "--output", str(output), "--plot", str(plots)]) == 0
     assert len(output.read_text().splitlines()) == 6
-    pictures = {path.name: cv2.imread(str(path)) for path in plots.iterdir()}
+    rows = [row.split(",") for row in (plots / "experiments.csv").read_text().splitlines()[1:]]
+    assert {row[0] for row in rows} == {"1", "2", "3", "4"}
+    assert len(rows) == 4 * 3
+    assert all(abs(float(row[2]) - 165.0) < 8 and 0 <= float(row[3]) < 8 for row in rows)
+    pictures = {path.name: cv2.imread(str(path)) for path in plots.glob("*.png")}
     assert set(pictures) == {"experiments.png", "frames.png"}
     assert all(picture.std() > 5 for picture in pictures.values())
     left, right = np.array_split(pictures["experiments.png"], 2, axis=1)
@@ -80,12 +84,12 @@ def test_a_conveyor_without_any_bar_is_drawn_too(tmp_path):
     write_thermal_recording(tmp_path / "thermal", ThermalLine(thermal_camera(), seed=1), empty=2, frames=1)
     words = ["measure", str(tmp_path / "thermal"), "--method", "conveyor", "--barrier-mm", "500"]
     assert cli.main([*words, "--output", str(tmp_path / "x.csv"), "--plot", str(tmp_path / "plots")]) == 0
-    assert len(list((tmp_path / "plots").iterdir())) == 2
+    assert len(list((tmp_path / "plots").glob("*.png"))) == 2
 
 
 def test_the_served_method_is_drawn_with_its_uncertainty_its_decisions_and_its_parts(line, tmp_path):
     config = tmp_path / "wanted.toml"
-    config.write_text("[sizing.set_points]\ntarget_mm = 100\ntolerance_plus_mm = 1\ntolerance_minus_mm = 1\n")
+    config.write_text("[sizing.set_points]\ntarget_mm = 100\ntolerance_plus_mm = 4\ntolerance_minus_mm = 4\n")
     plots = tmp_path / "plots"
     options = ["--config", str(config), "--plot", str(plots)]
     assert measure(line, "--output", str(tmp_path / "t.csv"), *options) == 0

@@ -1,6 +1,7 @@
 """A running supervisor keeps a history, and trouble with its disk is a fault that the PLC reads and nothing else."""
 
 import contextlib
+import hashlib
 import sqlite3
 import time
 
@@ -10,7 +11,9 @@ from plc_view import has_none, has_value, look, wait_for
 from rehearsal import rehearsing
 
 from appliance.diagnostics.fault_table import FAULTS
-from appliance.history import database, writer
+from appliance.history import database, keeper, writer
+from appliance.history.tables import Row
+from appliance.sizing.stereo.settings import SizingSettings
 from plc.registers import SET_POINTS
 
 BITS = {row.name: 1 << row.bit for row in FAULTS}
@@ -48,6 +51,8 @@ def test_what_was_measured_written_and_wrong_is_in_the_history(rehearsal, tmp_pa
     assert served[-1][1] == 2
     assert served[-1][2] == pytest.approx(served[-1][0] - 300)
     assert rows(history, "SELECT value FROM set_point_writes WHERE name = 'target_diameter'") == [(300.0,)]
+    who = rows(history, "SELECT DISTINCT role, address FROM set_point_writes")
+    assert who == [("engineer", "127.0.0.1")]
     assert ("alarm_out_of_tolerance",) in rows(history, "SELECT name FROM alarms")
     faults = rows(history, "SELECT name, station, detail FROM faults WHERE name = 'camera_lost'")
     assert faults == [("camera_lost", "sizing", "left.png: broken; mend it")]
@@ -106,3 +111,24 @@ def test_a_disk_that_hangs_holds_up_neither_readings_nor_answers(rehearsal, tmp_
             assert has_value(look(wire))
             assert time.monotonic() - asked_s < 0.5
         assert look(wire)["sequence"] - begun["sequence"] > 20
+
+
+def test_a_failed_verification_of_the_rig_in_force_makes_the_calibration_due_until_one_passes(tmp_path, monkeypatch):
+    monkeypatch.setattr(keeper, "VERIFICATION_PERIOD_S", 0.2)
+    monkeypatch.setattr(writer, "COMMIT_PERIOD_S", 0.1)
+    rig, history = tmp_path / "rig.json", tmp_path / "history"
+    rig.write_text("{}")
+    values = {"recording": "master", "rig_sha256": hashlib.sha256(b"{}").hexdigest()}
+    with rehearsing("fake_station", tmp_path, monkeypatch, SizingSettings(rig=rig)) as rehearsal:
+        rehearsal.keep_in(None, history)
+        rehearsal.start()
+        with rehearsal.connect() as wire:
+            wait_for(wire, has_value, 5)
+            assert look(wire)["fault_word"] == 0
+            for minutes, verdict, due in ((1, "fail", True), (2, "pass", False)):
+                connection = database.open_to_write(history / database.FILE_NAME)
+                checked = {"checked_utc_ms": round(1000 * time.time()) + 1000 * minutes, "verdict": verdict}
+                database.write(connection, [Row("verifications", values | checked)])
+                connection.close()
+                wait_for(wire, lambda seen, due=due: seen["fault_word"] == (BITS["calibration_due"] if due else 0), 5)
+                assert has_value(look(wire))

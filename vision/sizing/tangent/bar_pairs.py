@@ -1,11 +1,13 @@
 """Which outline of the left view and which of the right one are the same bar, where there are several side by side."""
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vision.calibration.rig import Rig
+from vision.geometry.measuring_plane import pixel_size_mm
 from vision.sizing.limits import DIAMETER_MM, OFF_ROLLERS_MM, OFF_ROLLERS_SHARE
 from vision.sizing.region_grid import Outline
 from vision.sizing.tangent.tangent_planes import TangentPlane, rough_cylinder
@@ -13,6 +15,8 @@ from vision.sizing.tangent.tangent_planes import TangentPlane, rough_cylinder
 Array = NDArray[np.float64]
 
 MOST_BARS = 4  # bars that are measured side by side
+# Chosen: two blurred edges of 2 px and a plateau of 2 px between them, with 2 px to spare.
+LEAST_GAP_PX = 8.0
 ROUGH_OUTLINE_MM = 4.0  # an outline lies within a few pixels of its limbs, and height is known less well by it
 
 
@@ -49,6 +53,33 @@ def pairs_of_bars(
         pairs.append((one, right[place]))
         first = place + 1
     return pairs, len(left) + len(right) - 2 * len(pairs)
+
+
+def crowded(rig: Rig, outlines: tuple[Sequence[Outline], Sequence[Outline]]) -> tuple[list[Outline], list[Outline]]:
+    """Outlines of each view that come so near to a neighbour that its light lies in the dark beside their limbs.
+
+    Parameters
+    ----------
+    rig : Rig
+    outlines : tuple of two sequences of Outline
+        Of the left and of the right view, from smaller x.
+    """
+    left, right = (
+        [
+            one
+            for first, second in itertools.pairwise(view)
+            for one in (first, second)
+            if _gap_mm(first, second, rig.region_y_mm) < LEAST_GAP_PX * pixel_size_mm(camera)
+        ]
+        for camera, view in zip((rig.left, rig.right), outlines, strict=True)
+    )
+    return left, right
+
+
+def _gap_mm(first: Outline, second: Outline, region_y_mm: tuple[float, float]) -> float:
+    """Least distance of two neighbouring outlines over the region."""
+    ends_mm = np.array(region_y_mm)
+    return float(np.min((second.left - first.right)[0] * ends_mm + (second.left - first.right)[1]))
 
 
 def _off_rollers_mm(rig: Rig, left: Outline, right: Outline) -> float:

@@ -119,6 +119,15 @@ class VirtualBoardGauge:
         self.last_pair: AlignedPair | None = None
         self._uncorrupted_area = math.nan
 
+    @property
+    def carried(self) -> tuple[float, float]:
+        """What the next frame gets of the earlier ones: height of the board, mm, and C of eq. 3.16; NaN before any."""
+        return self._loop.height_mm, self._uncorrupted_area
+
+    def resume(self, carried: tuple[float, float]) -> None:
+        """Go on as the gauge would whose `carried` this was, so that a frame from the middle gives the same bits."""
+        self._loop.height_mm, self._uncorrupted_area = carried
+
     def measure(self, left: SentPicture | Codes, right: SentPicture | Codes) -> VirtualBoardReading:
         """Diameter of the bar in one pair of pictures.
 

@@ -5,7 +5,10 @@ import pytest
 from mill_scenes import perfect_rig
 
 from appliance.simulation.true_rig import random_rig
+from vision.alignment.view_alignment import Alignment
 from vision.alignment.virtual_boards import STAND_IN_MM, VirtualBoards
+from vision.geometry.homography import transformed
+from vision.geometry.turned_region import whole_picture
 
 RIGS = [perfect_rig(random_rig(np.random.default_rng(seed))) for seed in range(10)]
 
@@ -20,6 +23,36 @@ def test_a_projective_board_is_where_the_cameras_would_see_it_between_and_beyond
         corners = VirtualBoards.of_rig(rig).corners(height_mm)
         for seen, camera in zip(corners, (rig.left, rig.right), strict=True):
             assert np.abs(seen - true_corners(camera, height_mm)).max() < 1e-9
+
+
+@pytest.mark.parametrize("slope", [(0.0, 0.06), (0.05, 0.0), (-0.04, 0.08)])
+def test_a_turned_board_is_where_the_cameras_would_see_it(slope):
+    for rig in RIGS[:4]:
+        heights = 120.0 + STAND_IN_MM @ np.array(slope)
+        corners = VirtualBoards.of_rig(rig).corners(120.0, slope=slope)
+        for seen, camera in zip(corners, (rig.left, rig.right), strict=True):
+            true = camera.undistort(camera.project(np.column_stack([STAND_IN_MM, heights])))
+            assert np.abs(seen - true).max() < 1e-9
+
+
+def test_on_a_line_that_rises_a_turned_board_aligns_the_views_and_a_level_one_misses_by_pixels():
+    rig, slope, height_mm = RIGS[0], (0.0, 0.08), 120.0
+    blank = [np.zeros(camera.image_size[::-1], np.uint8) for camera in (rig.left, rig.right)]
+    left, right = map(whole_picture, (rig.left, rig.right), blank)
+    y_mm = np.linspace(-180, 180, 9)
+    points = np.column_stack([np.full(9, 20.0), y_mm, height_mm + slope[1] * y_mm])
+    seen = [
+        camera.undistort(camera.project(points)) @ camera.K[:2, :2].T + camera.K[:2, 2]
+        for camera in (rig.left, rig.right)
+    ]
+
+    def apart_px(slope):
+        alignment = Alignment(rig, VirtualBoards.of_rig(rig), left, right, projective=True, slope=slope)
+        moved = transformed(alignment.right_to_left(height_mm), seen[1])
+        return np.linalg.norm(moved - seen[0], axis=1).max()
+
+    assert apart_px(slope) < 0.01
+    assert apart_px((0.0, 0.0)) > 3
 
 
 def test_a_linear_board_is_right_at_the_two_real_heights_only():

@@ -38,6 +38,18 @@ def test_an_end_is_found_in_a_grey_picture(finder):
     assert_is_at(finder.find(grey)[0], 480, 280, 40)
 
 
+@pytest.mark.parametrize(
+    ("area_px", "fits"),
+    [((4300, 4900), False), ((5200, 6500), True), ((12300, 13700), True), ((14500, 17000), False)],
+)
+def test_a_region_outside_the_dissertation_s_areas_is_no_ingot_and_only_a_circle_is_looked_for(area_px, fits):
+    finder = EndFinder(Box(*CROP), Box(*CENTROID), EndLimits(radius_px=(15.0, 90.0)))
+    drawn = (ingot(line(), 480, 280, radius, length=1.45) for radius in np.arange(24.0, 70.0, 0.5))
+    picture = next(one for one in drawn if area_px[0] < np.count_nonzero(one[..., 2] > 150) < area_px[1])
+    end, _ = finder.find(picture)
+    assert (end is not None and end.method == "region") == fits
+
+
 @pytest.mark.parametrize("side", [-1, 1])
 def test_glare_that_joins_the_ingot_calls_for_a_circle(finder, side):
     picture = glare(ingot(line()), 480 + side * 75, 300, 45, 22)

@@ -1,0 +1,82 @@
+"""`reproduce`: results are kept as they come, an interruption loses none, and the report holds what was found."""
+
+import json
+
+import pytest
+from counted_experiment import CountedExperiment
+
+from appliance.cli.main import main
+from appliance.reproduction import run
+from appliance.reproduction.experiment import number
+from appliance.reproduction.run import ReproductionError, experiments, reproduce
+from appliance.reproduction.thermal import Thermal
+
+
+@pytest.fixture
+def log(tmp_path, monkeypatch):
+    log = tmp_path / "log"
+    log.touch()
+    monkeypatch.setattr(run, "experiments", lambda _: (CountedExperiment(log),))
+    return log
+
+
+def test_every_case_runs_once_and_the_report_tells_them_all(tmp_path, log):
+    seen = []
+    page = reproduce(tmp_path / "out", on_progress=lambda *steps: seen.append(steps))
+    assert sorted(log.read_text().split()) == ["0", "1", "2", "3"]
+    assert seen[0] == (0, 4)
+    assert seen[-1] == (4, 4)
+    text, html = (tmp_path / "out" / "report.md").read_text(), page.read_text()
+    assert "| 3 | 9 |" in text
+    assert "<td>3</td><td>9</td>" in html
+    assert "Squares &lt;of numbers&gt;" in html
+    assert (tmp_path / "out" / "figures" / "squares.png").stat().st_size > 3000
+
+
+def test_after_an_interruption_only_what_is_missing_runs(tmp_path, log):
+    results = tmp_path / "out" / "results"
+    results.mkdir(parents=True)
+    (results / "plan.json").write_text(json.dumps({"quick": False, "recordings": ""}))
+    done = [{"case": {"value": value}, "result": {"square": value**2}} for value in (0, 2)]
+    (results / "squares.jsonl").write_text("".join(json.dumps(row) + "\n" for row in done) + '{"case": {"val')
+    reproduce(tmp_path / "out")
+    assert sorted(log.read_text().split()) == ["1", "3"]
+    reproduce(tmp_path / "out")
+    assert sorted(log.read_text().split()) == ["1", "3"]
+
+
+def test_results_of_another_plan_are_not_mixed(tmp_path, log, capsys):
+    reproduce(tmp_path / "out", quick=True)
+    assert log.read_text().split() == ["0", "1"] or sorted(log.read_text().split()) == ["0", "1"]
+    with pytest.raises(ReproductionError, match="give a new folder"):
+        reproduce(tmp_path / "out")
+    (tmp_path / "file").touch()
+    assert main(["reproduce", "--output", str(tmp_path / "file" / "out")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.parametrize("experiment", experiments(None), ids=lambda one: one.name)
+@pytest.mark.parametrize("quick", [True, False])
+def test_cases_can_be_written_and_differ(experiment, quick):
+    keys = [json.dumps(case, sort_keys=True) for case in experiment.cases(quick=quick)]
+    assert len(keys) == len(set(keys)) >= 2
+    assert [json.loads(key) for key in keys] == experiment.cases(quick=quick)
+
+
+def test_recorded_ingots_join_where_recordings_are_given(recordings):
+    ingots = experiments(recordings)[-1]
+    assert {case["set"] for case in ingots.cases(quick=True)} == {0, 1, "ingot_line", "ingot_line_b"}
+
+
+def test_the_thermal_table_stands_beside_the_published_one():
+    experiment = Thermal()
+    case = experiment.cases(quick=True)[0]
+    result = json.loads(json.dumps(experiment.run(case)))
+    assert len(result["served"]) == 10
+    table = experiment.section([(case, result)]).tables[0]
+    assert [row[1] for row in table.rows] == ["1.11", "1.03", "2.09", "0.87", "-"]  # table 3.1 of the dissertation
+    assert all(abs(float(row[5])) < 8 for row in table.rows)
+
+
+def test_a_figure_that_is_missing_is_a_dash():
+    assert [number(value) for value in (None, float("nan"), 1.23456)] == ["-", "-", "1.235"]

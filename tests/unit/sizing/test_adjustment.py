@@ -1,0 +1,45 @@
+"""A known error is taken off every value, visibly, and only with all that an auditor asks for."""
+
+import math
+
+import pytest
+from pydantic import ValidationError
+
+from appliance.sizing.adjustment import Adjustment
+from vision.readings import SizeReading
+from vision.reasons import Reason
+
+WHOLE = {"added_mm": 0.2, "expanded_mm": 0.06, "date": "2026-11-28", "reason": "master 250.00", "who": "A. Smith"}
+PARTS = {"u_edge_mm": 0.03, "u_calibration_mm": 0.0, "u_board_mm": 0.0, "u_light_mm": 0.0, "u_shape_mm": 0.0}
+MEASURED = SizeReading(diameter_mm=249.8, expanded_uncertainty_mm=0.1, u_model_mm=0.04, **PARTS)
+
+
+def test_diameter_uncertainty_and_reasons_show_it():
+    reading = Adjustment(**WHOLE).adjusted(MEASURED)
+    assert reading.diameter_mm == pytest.approx(250.0)
+    assert reading.expanded_uncertainty_mm == pytest.approx(math.hypot(0.1, 0.06))
+    assert reading.reasons == Reason.ADJUSTED
+    assert reading.valid
+
+
+def test_u_stays_twice_the_root_sum_of_squares_of_its_parts():
+    reading = Adjustment(**WHOLE).adjusted(MEASURED)
+    parts = math.hypot(*(getattr(reading, name) for name in (*PARTS, "u_model_mm")))
+    assert reading.expanded_uncertainty_mm == pytest.approx(2 * parts)
+
+
+def test_a_reading_without_a_value_and_an_adjustment_of_nothing_change_nothing():
+    empty = SizeReading(reasons=Reason.NO_BAR)
+    assert Adjustment(**WHOLE).adjusted(empty) is empty
+    assert Adjustment().adjusted(MEASURED) is MEASURED
+
+
+@pytest.mark.parametrize("missing", ["expanded_mm", "date", "reason", "who"])
+def test_an_adjustment_that_does_not_say_all_is_refused(missing):
+    with pytest.raises(ValidationError, match=missing):
+        Adjustment(**{name: value for name, value in WHOLE.items() if name != missing})
+
+
+def test_a_date_that_is_none_is_refused():
+    with pytest.raises(ValidationError, match="date"):
+        Adjustment(**WHOLE | {"date": "yesterday"})
