@@ -164,8 +164,9 @@ def turned(picture: SentPicture, rotation_deg: int) -> SentPicture:
 
 
 def _quantiser(frame: av.VideoFrame) -> float | None:
+    beside: Any = frame.side_data
     try:
-        content = bytes(frame.side_data["VIDEO_ENC_PARAMS"])
+        content = bytes(beside["VIDEO_ENC_PARAMS"])
     except KeyError:
         return None
     # AVVideoEncParams and its AVVideoBlockParams of FFmpeg's libavutil/video_enc_params.h
