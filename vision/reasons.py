@@ -42,7 +42,6 @@ class Reason(enum.IntFlag):
     BAR_TAIL = 1 << 28
     BARRIER_HIDDEN = 1 << 29
     BARRIER_BENT = 1 << 30
-    DARK_BAR = 1 << 31
     SHIMMER = 1 << 31
 
     @property
@@ -101,7 +100,6 @@ REASONS: tuple[ReasonRow, ...] = (
     ReasonRow(Reason.BAR_TAIL, False, "the bar's tail lies in the measuring region"),
     ReasonRow(Reason.BARRIER_HIDDEN, False, "a barrier of the conveyor is not found, or partly hidden"),
     ReasonRow(Reason.BARRIER_BENT, False, "a barrier of the conveyor is not straight in the picture"),
-    ReasonRow(Reason.DARK_BAR, False, "the bar is no lighter than the empty line: cold, or shown black-hot or dimmed"),
     ReasonRow(Reason.SHIMMER, False, "hot air or scale displaces the bar's edges by more than 0.2 px"),
 )
 

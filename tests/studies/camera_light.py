@@ -25,7 +25,7 @@ TEXT = (
     "its own standard uncertainty, and what is said of one of the three names when board.json tells it. from_png: the "
     "error less that of PNG on the same scenes."
 )
-SEEDS = 8
+SEEDS = 4
 SAMPLE = 1  # a seed has four to six codings
 CONDITIONS = ("clean", "scale", "rollers")
 GROUPS = (
@@ -39,7 +39,7 @@ WRONG_PX = 0.1  # of a bar's edge: a told response that is off by more is to be 
 
 
 def cases():
-    return [{"condition": CONDITIONS[seed // len(GROUPS) % len(CONDITIONS)], "seed": seed} for seed in range(SEEDS)]
+    return [{"condition": CONDITIONS[seed % len(CONDITIONS)], "seed": seed} for seed in range(SEEDS)]
 
 
 def of_seed(seed):

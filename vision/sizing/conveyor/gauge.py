@@ -136,7 +136,7 @@ class ConveyorGauge:
             `no_bar`, `several_bars`, `bar_too_short`, `edges_clipped`, `no_windows`; `camera_moved` when a barrier
             stands more than `CAMERA_MOVED_PX` from its place in the empty pictures; `implausible` with
             `barrier_height` when the barriers' faces contradict the heights that are given; `edge_not_found` with
-            `dark_bar` where a bar shows in a way that is not measured. With a value: `routes_disagree` when the
+            `low_contrast` where a bar is no lighter than the empty line. With a value: `routes_disagree` when the
             diameter changes along the line by more than U, as of a bar with one end lifted.
 
         Raises
@@ -337,11 +337,11 @@ def bar_spans(light: Plane, empty: Plane) -> NDArray[np.int64] | Reason:
 def _hidden_bar(light: Plane, empty: Plane) -> Reason:
     """`no_bar`, unless a bar shows as dark on light, or against the empty line at the gain of this picture."""
     if not isinstance(bar_spans(empty, light), Reason):
-        return Reason.EDGE_NOT_FOUND | Reason.DARK_BAR
+        return Reason.EDGE_NOT_FOUND | Reason.LOW_CONTRAST
     lit = empty > HOT_FLOOR_LIGHT
     gain = float(np.median(light[lit] / empty[lit])) if lit.any() else 1.0
     if gain < 1 - LEAST_GAIN_CHANGE and not isinstance(bar_spans(light, gain * empty), Reason):
-        return Reason.EDGE_NOT_FOUND | Reason.DARK_BAR
+        return Reason.EDGE_NOT_FOUND | Reason.LOW_CONTRAST
     return Reason.NO_BAR
 
 

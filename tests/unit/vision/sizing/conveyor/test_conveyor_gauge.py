@@ -362,10 +362,10 @@ def test_a_black_hot_camera_is_not_an_empty_line():
     line = line_of()
     pictures = [255 - picture for picture in line.pictures(2, 1)]
     reading = ConveyorGauge(pictures[:2], reference_of(line)).measure(pictures[2])
-    assert reading.reasons.names == ["edge_not_found", "dark_bar"]
+    assert reading.reasons.names == ["edge_not_found", "low_contrast"]
 
 
-@pytest.mark.parametrize(("dimmed_by", "reasons"), [(0.4, []), (0.2, ["edge_not_found", "dark_bar"])])
+@pytest.mark.parametrize(("dimmed_by", "reasons"), [(0.4, []), (0.2, ["edge_not_found", "low_contrast"])])
 def test_a_camera_that_dims_the_line_for_the_bar_is_not_an_empty_line(dimmed_by, reasons):
     line = line_of()
     *empty, shown = (picture.astype(np.float64) for picture in line.pictures(2, 1))
