@@ -57,8 +57,8 @@ COMMANDS = (
 )
 """Right command lines; those that serve, train, install or draw for minutes are not among them."""
 COUNTS = {
-    "rig": 500, "board": 150, "roi": 350, "settings": 700, "gauge study": 400, "stamps": 300, "coding": 300, "png": 350,
-    "jpeg": 500, "video": 300, "reference": 250, "model": 150, "set points": 350, "words": 400,
+    "rig": 60, "board": 20, "roi": 150, "settings": 300, "gauge study": 200, "stamps": 40, "coding": 40, "png": 60,
+    "jpeg": 60, "video": 40, "reference": 150, "model": 30, "set points": 200, "words": 150,
 }  # fmt: skip
 
 

@@ -36,10 +36,12 @@ def capture_boards(pairs: JudgedPairs, poses: Poses, within_s: float, console: C
     CameraError
         The cameras give no pictures.
     """
+    if not poses.lacking():
+        return
     for judged in pairs.come(within_s):
         trouble = judged.trouble or ("" if poses.is_new(judged) else "as a pose before: move or tilt the board")
         if trouble:
-            console.live(f"{poses.number} poses; {trouble}")
+            console.live(f"{poses.number} of {poses.wanted} poses; {trouble}")
             continue
         console.say(f"pose {poses.add(judged)}: {judged.edges}")
         if not poses.lacking():
@@ -47,8 +49,8 @@ def capture_boards(pairs: JudgedPairs, poses: Poses, within_s: float, console: C
         console.say(f"  missing: {poses.lacking()}")
     if poses.number < LEAST_PAIRS:
         raise CaptureError(
-            f"{poses.number} poses within {within_s:g} s, and a calibration needs {LEAST_PAIRS}; missing: "
-            f"{poses.lacking()}"
+            f"{poses.number} of the {LEAST_PAIRS} poses that a calibration needs were stored within {within_s:g} s; "
+            f"missing: {poses.lacking()}"
         )
 
 

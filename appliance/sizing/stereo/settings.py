@@ -67,7 +67,9 @@ class SizingSettings(SizingMethod):
 
     def with_scale_file(self, file: Path) -> Self:
         """Copy the settings with another rig file; see `SizingMethod.with_scale_file`."""
-        return self.model_copy(update={"rig": file})
+        if self.rig is not None:
+            return self.model_copy(update={"rig": file})
+        return self.model_copy(update={"rig": file, "ovality_mm": self._own_ovality_mm})
 
     def make_source(self) -> "PairSource":
         """Make the source of image pairs; see `SizingMethod.make_source`."""
@@ -84,8 +86,12 @@ class SizingSettings(SizingMethod):
         if calibrate is None:
             raise RigError(NO_RIG_SENTENCE)
         on_usable()
-        # a camera that brings its own rig is the simulated mill, whose bars are round
-        return pair_gauge(calibrate(), f"rig of {self.camera.in_words}", self.ovality_mm or 0.0, self._route_v)
+        return pair_gauge(calibrate(), f"rig of {self.camera.in_words}", self._own_ovality_mm, self._route_v)
+
+    @property
+    def _own_ovality_mm(self) -> float:
+        """Ovality with the camera's own rig: only the simulated mill has one, and its bars are round."""
+        return self.ovality_mm or 0.0
 
     def with_recording(self, recording: Path, rig: Path | None) -> Self:
         """Copy the settings with a recording and its rig; see `SizingMethod.with_recording`."""

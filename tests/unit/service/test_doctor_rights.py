@@ -5,7 +5,7 @@ import tempfile
 
 import pytest
 
-from appliance.service import doctor
+from appliance.service import checks
 
 
 @pytest.mark.parametrize(("user", "verdict"), [(1000, "note"), (0, "BAD")])
@@ -15,6 +15,6 @@ def test_a_folder_of_the_service_is_bad_news_for_root_only(tmp_path, monkeypatch
 
     monkeypatch.setattr(tempfile, "TemporaryFile", refuse)
     monkeypatch.setattr(os, "geteuid", lambda: user)
-    found = doctor._writable("disk", tmp_path, "set points are kept")
+    found = checks._writable("disk", tmp_path, "set points are kept")
     assert found.verdict == verdict
     assert str(tmp_path) in found.text

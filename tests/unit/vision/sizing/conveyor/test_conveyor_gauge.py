@@ -254,7 +254,7 @@ def test_tracing_counts_the_pixels_between_the_longest_boundary_on_each_side():
 
 def test_the_local_area_moves_down_and_across_and_its_lines_are_as_far_apart_as_the_edges():
     edges, _ = drawn_edges()
-    place, width_px = local_area_widths(edges, (85, 20), 5)
+    place, width_px = local_area_widths(edges, (100, 20), 5)
     assert np.abs(width_px - 60).max() < 0.3
     assert len(np.unique(place)) == 21
     assert np.bincount(place.astype(int)).max() > 2
@@ -268,7 +268,7 @@ def test_every_experiment_sizes_a_bar_of_any_width_in_pixels(number, scale):
     barriers = find_barriers(np.mean([grey_light(one) for one in pictures[:2]], axis=0, dtype=np.float32))
     sized = experiment(number, pictures[2], barriers, line.spacing_mm)
     assert sized.size > 20
-    assert sized.mean() == pytest.approx(BAR.diameter_mm, abs=2.5)
+    assert sized.mean() == pytest.approx(BAR.diameter_mm, abs=4)
 
 
 def test_wrong_calls_are_named():

@@ -6,12 +6,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from tangent_rays import FOCAL_PX, START, TRUTH, tangent_rays
+from tangent_rays import FOCAL_PX, START, tangent_rays
 
 from vision.reasons import Reason
 from vision.sizing.tangent import uncertainty_budget as budget
 from vision.sizing.tangent.cylinder_fit import fit_cylinder
 from vision.sizing.tangent.gauge import _reasons_of_limbs
+from vision.sizing.tangent.section import SectionView
 
 LIMBS = range(4)
 RAYS = tangent_rays()
@@ -34,7 +35,7 @@ def limb(**changes):
         "dark": np.array([0.02]),
         "bright": np.array([0.9]),
         "blur_px": 0.0,
-        "shading_px": 0.0,
+        "u_shading_px": 0.0,
         "clipped_share": 0.0,
         "is_guess": False,
         "u_compression_px": 0.0,
@@ -42,15 +43,16 @@ def limb(**changes):
     return SimpleNamespace(**perfect | changes)
 
 
-def parts(monkeypatch, limbs, *, lift_mm=0.0, centres_mm=((0.0, 0.0, 2500.0), (0.0, 0.0, 2500.0))):
+def parts(monkeypatch, limbs, *, lift_mm=0.0, height_slope=0.0, unseen_share=0.0, synchronous=False):
     monkeypatch.setattr(budget, "_calibration_mm", lambda *_: 0.0)
-    cameras = [SimpleNamespace(centre_mm=np.array(centre)) for centre in centres_mm]
-    rig = SimpleNamespace(left=cameras[0], right=cameras[1], response="linear", square_relative_u=0.0)
+    rig = SimpleNamespace(response="linear", square_relative_u=0.0)
     parameters = FIT.parameters.copy()
     parameters[1] = parameters[4] + lift_mm
     fit = replace(FIT, parameters=parameters, residual_px=np.zeros(len(RAYS.limb)), weight=np.ones(len(RAYS.limb)))
     points = SimpleNamespace(limb=RAYS.limb)
-    return budget.uncertainty_budget(fit, points, rig, limbs, ovality_mm=0.0, moved_px=(0.0, 0.0))
+    section = SectionView(unseen_share, seen_ovality_mm=0.2, height_slope=height_slope)
+    known = budget.Circumstances(ovality_mm=0.6, synchronous=synchronous)
+    return budget.uncertainty_budget(fit, points, rig, limbs, section=section, known=known)
 
 
 @pytest.mark.parametrize("moved", LIMBS)
@@ -69,7 +71,7 @@ def test_doubts_of_one_limb_count_by_its_own_reach(monkeypatch, spoilt):
     alone = [0.1 if one == spoilt else 0.0 for one in LIMBS]
     coded = parts(monkeypatch, [limb(u_compression_px=px) for px in alone])
     assert coded.light_mm == pytest.approx(abs(grown_mm(alone)), rel=0.02)
-    shaded = parts(monkeypatch, [limb(shading_px=px / budget.U_SHADING) for px in alone])
+    shaded = parts(monkeypatch, [limb(u_shading_px=px) for px in alone])
     places = [grown_mm([budget.U_PLACE_PX if one == moved else 0.0 for one in LIMBS]) for moved in LIMBS]
     assert shaded.model_mm == pytest.approx(math.hypot(grown_mm(alone), *places), rel=0.02)
 
@@ -79,12 +81,16 @@ def test_a_guessed_channel_is_a_doubt_of_its_own_size(monkeypatch):
     assert found.light_mm == pytest.approx(abs(grown_mm([budget.GUESS_SHIFT_PX] * 4)), rel=0.02)
 
 
-@pytest.mark.parametrize("nearer", [0, 1])
-def test_a_bar_that_floats_is_judged_from_the_nearer_camera(monkeypatch, nearer):
-    centres = [(0.0, 0.0, 3000.0), (0.0, 0.0, 3000.0)]
-    centres[nearer] = (0.0, 0.0, 2000.0)
-    lifted, lying = (parts(monkeypatch, [limb()] * 4, lift_mm=mm, centres_mm=centres).model_mm for mm in (5.0, 0.0))
-    assert math.sqrt(lifted**2 - lying**2) == pytest.approx(2 * TRUTH[4] * 5.0 / 2000.0 / math.sqrt(2), rel=1e-6)
+@pytest.mark.parametrize(("synchronous", "motion_mm"), [(False, 0.04 * 5.0 / math.sqrt(2)), (True, 0.0)])
+def test_a_bar_that_floats_has_moved_unless_both_pictures_are_of_one_moment(monkeypatch, synchronous, motion_mm):
+    floating = {"lift_mm": 5.0, "height_slope": 0.04, "synchronous": synchronous}
+    lifted, lying = (parts(monkeypatch, [limb()] * 4, **more) for more in (floating, {}))
+    assert lifted.motion_mm == pytest.approx(motion_mm)
+    assert lifted.model_mm == pytest.approx(math.hypot(lying.model_mm, motion_mm))
+
+
+def test_of_an_ovality_the_part_counts_that_the_views_do_not_see(monkeypatch):
+    assert parts(monkeypatch, [limb()] * 4, unseen_share=0.5).shape_mm == pytest.approx(0.5 * 0.6 / (2 * math.sqrt(3)))
 
 
 def test_overexposed_limbs_are_a_reason_beside_others():
