@@ -130,11 +130,9 @@ def _doubt(flanks: "_Flanks", values: Array) -> Array:
     left = flanks.asymmetry(values)
     pixels = flanks.compared
     noise = float(np.sqrt(np.mean(left**2)))
-    of_bin = pixels.sum(axis=0)
-    mean = (left * np.sqrt(pixels)).sum(axis=0) / of_bin
-    shared = float(np.sqrt(max(np.mean(mean**2 - noise**2 / of_bin), 0.0)))  # less what noise leaves of the mean
+    shared = float(np.sqrt(np.mean(((left * np.sqrt(pixels)).sum(axis=0) / pixels.sum(axis=0)) ** 2)))
     near = (np.arange(FLANK_BINS) + 0.5) * STEP_PX < MIDDLE_PX
-    return np.hypot(noise, np.where(near, 1.0, FLANK_FACTOR) * shared * np.sqrt(of_bin))
+    return np.hypot(noise, np.where(near, 1.0, FLANK_FACTOR) * shared * np.sqrt(pixels.sum(axis=0)))
 
 
 def _fitted(flanks: "_Flanks", start: Array, doubt: Array, *, gain_is_known: bool) -> Array:
@@ -150,7 +148,7 @@ def _fitted(flanks: "_Flanks", start: Array, doubt: Array, *, gain_is_known: boo
 
 
 def _covariance(flanks: "_Flanks", values: Array, doubt: Array) -> Array:
-    """What all pictures leave open together, and by how much more the pictures' own wishes scatter (a sandwich)."""
+    """What all pictures leave open together, and the scatter of the pictures' own wishes (a sandwich)."""
     steps = SLOPE_STEP * np.eye(len(values))
     slopes = np.stack(
         [(flanks.asymmetry(values + step) - flanks.asymmetry(values - step)) / (2 * SLOPE_STEP) for step in steps], -1
@@ -158,11 +156,9 @@ def _covariance(flanks: "_Flanks", values: Array, doubt: Array) -> Array:
     slopes /= doubt[:, None]
     left = flanks.asymmetry(values) / doubt
     wishes = np.einsum("gbp,gb->gp", slopes, left).reshape(-1, DIRECTIONS, len(values)).sum(axis=1)
-    expected = np.einsum("gbp,gbq->pq", slopes, slopes)
-    inverse = np.linalg.inv(expected + np.diag(U_USUAL**-2.0))
+    inverse = np.linalg.inv(np.einsum("gbp,gbq->pq", slopes, slopes) + np.diag(U_USUAL**-2.0))
     count = flanks.pictures
-    more, axes = np.linalg.eigh(wishes.T @ wishes * count / (count - len(values)) - expected)
-    return inverse + inverse @ (axes * np.maximum(more, 0.0)) @ axes.T @ inverse
+    return inverse + inverse @ (wishes.T @ wishes * count / (count - len(values))) @ inverse
 
 
 @dataclass(frozen=True, eq=False)
