@@ -85,3 +85,9 @@ def test_another_board_is_not_mixed_into_a_folder(mill, tmp_path, capsys):
     words = ["capture", "boards", "--output", str(tmp_path), "--squares", "9x6", *mill("boards")]
     assert main(words) == 2
     assert "squares is [8, 5] there, and [9, 6] now; give a new folder" in capsys.readouterr().err
+
+
+def test_a_registration_board_of_unknown_height_is_not_taken(mill, tmp_path, capsys):
+    words = ["capture", "registration", "--output", str(tmp_path / "rig"), *BOARD, "--low-mm", "0", *mill("high")]
+    assert main([*words, "--height", "high"]) == 2
+    assert "high_mm is not known; give --high-mm, its face above the rollers in mm" in capsys.readouterr().err
