@@ -13,7 +13,7 @@ from vision.ingot.agreement import Agreement
 from vision.ingot.classifiers.names import ClassifierName
 from vision.ingot.end_finder import End
 from vision.ingot.end_image import end_image
-from vision.ingot.reference_learner import ReferenceLearner
+from vision.ingot.reference_learner import LearningRule, ReferenceLearner
 from vision.ingot.sequential_decision import IngotDecision
 from vision.readings import OrientationReading
 
@@ -40,11 +40,14 @@ class Learning:
     """
 
     def __init__(self, references: Path, classifier: ClassifierName, confirmation: Confirmation) -> None:
-        self._references, self._confirmation = references, confirmation
+        self._references = references
+        self._confirmation: Confirmation = confirmation
         self._number = current_number(references)
         self._learner = ReferenceLearner(pair(references, 0), pair(references, self._number), classifier)
         self._agreement = Agreement()
         self._told = 0  # ingot that the operator's word was used for
+        self._confirmed_ends = {"top": 0, "bottom": 0}
+        self._learned = 0
 
     def add(
         self, frame: int, picture: NDArray[np.uint8], reading: OrientationReading, current: IngotDecision | None
@@ -73,6 +76,7 @@ class Learning:
         kind = self._confirmed(reading, current)
         if kind is None:
             return False
+        self._confirmed_ends[kind] += 1
         end = End(reading.center_x, reading.center_y, reading.radius, "region")
         if not self._learner.add(end_image(picture, end), is_top=kind == "top"):
             return False
@@ -84,7 +88,18 @@ class Learning:
             before=self._number,
         )
         self._number = keep(self._references, self._learner.current, learned)
+        self._learned += 1
         return True
+
+    @property
+    def line(self) -> str:
+        """What was learned, as a line for a person."""
+        tops, bottoms = self._confirmed_ends.values()
+        least = LearningRule().least
+        return (
+            f"  {self._learned} references learned from {tops} confirmed tops and {bottoms} bottoms "
+            f"(at least {least} of each are needed)"
+        )
 
     def _confirmed(self, reading: OrientationReading, current: IngotDecision | None) -> Literal["top", "bottom"] | None:
         """What the ingot on the line is known to show, once per ingot."""

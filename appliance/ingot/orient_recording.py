@@ -81,7 +81,7 @@ def orient_recording(
             write_ingot(ingot_row(decision))
     if pictures is not None:
         pictures.write_strip()
-    return summary.lines()
+    return [*summary.lines(), *([learning.line] if learning is not None else [])]
 
 
 def ingots_file(output: Path) -> Path:

@@ -1,5 +1,6 @@
 """Summary of a measured recording, for the person at the terminal: how many values, which doubts, the likely cause."""
 
+import math
 import statistics
 from collections import Counter
 
@@ -76,10 +77,10 @@ class Summary:
         lines = [f"{self.valid} of {self.frames} frames have a value"]
         if self._diameters_mm:
             lowest, highest = min(self._diameters_mm), max(self._diameters_mm)
-            mean, expanded = statistics.fmean(self._diameters_mm), statistics.median(self._expanded_mm)
-            lines.append(
-                f"  diameter {lowest:.2f} to {highest:.2f} mm, mean {mean:.2f} mm; U {expanded:.2f} mm (median)"
-            )
+            mean = statistics.fmean(self._diameters_mm)
+            stated = [expanded for expanded in self._expanded_mm if math.isfinite(expanded)]
+            told = f"{statistics.median(stated):.2f} mm (median)" if stated else "not known"
+            lines.append(f"  diameter {lowest:.2f} to {highest:.2f} mm, mean {mean:.2f} mm; U {told}")
         if self._decisions:
             lines.append(f"  decision: {_counts(self._decisions)}")
         if self._doubts:

@@ -7,7 +7,7 @@ shows some ends of each of its lines beside that line's references, now and then
 import argparse
 from itertools import pairwise
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,7 +105,8 @@ def train(layers: Layers, lines: list[RenderedLine], steps: int, rng: Rng) -> No
 
 def batch_of(lines: list[RenderedLine], rng: Rng) -> Batch:
     """Some ends of some lines, turned over and mirrored at random."""
-    chosen = [lines[number] for number in rng.integers(len(lines), size=LINES_A_BATCH)]
+    numbers: list[int] = rng.integers(len(lines), size=LINES_A_BATCH).tolist()
+    chosen = [lines[number] for number in numbers]
     picked = [rng.integers(len(line.ends), size=ENDS_A_LINE) for line in chosen]
     count = LINES_A_BATCH * ENDS_A_LINE
     ends = np.concatenate([line.ends[which] for line, which in zip(chosen, picked, strict=True)])
@@ -160,7 +161,8 @@ def loss_and_slopes(layers: Layers, batch: Batch) -> tuple[float, list[Array]]:
     spread = np.repeat(back[:, None, :half] / flat.shape[1], flat.shape[1], axis=1)
     chosen = np.take_along_axis(spread, highest, axis=1) + back[:, None, half:]
     np.put_along_axis(spread, highest, chosen, axis=1)
-    return loss, [*_slopes(convolutions, around, planes, spread.reshape(planes[-1].shape)), *slopes]
+    spread = cast("Array", spread.reshape(planes[-1].shape))
+    return loss, [*_slopes(convolutions, around, planes, spread), *cast("list[Array]", slopes)]
 
 
 def _planes(convolutions: Layers, planes: Array) -> tuple[list[Array], list[Array]]:

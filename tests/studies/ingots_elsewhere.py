@@ -20,7 +20,7 @@ TEXT = (
     "seeds no classifier was trained on, and the recorded sequences of two further lines. Frames count while an ingot "
     "is placed and its end is found."
 )
-LINES = 12
+LINES = 5
 FIRST_SEED = 5000
 SIMULATED = ("mixed", "foreign", "cast")
 RECORDED = {"ingot_line": 4, "ingot_line_b": 8}

@@ -13,12 +13,12 @@ from vision.ingot.classifiers.table import CLASSIFIERS
 from vision.ingot.reference_learner import ReferenceLearner
 
 TEXT = (
-    "Rendered ends of one line each, 10 ingots a week in 3 pictures each. Focus, exposure and a lamp beside the line "
+    "Rendered ends of one line each, 4 ingots a week in 2 pictures each. Focus, exposure and a lamp beside the line "
     "drift from week to week; in week 25 the camera is exchanged. References as commissioned (none), learned from "
     "ingots whose pictures agree (agreement), from an operator's word (operator), and from an operator who is wrong "
     "once in 20 times (operator_5_percent_wrong). Pictures right, in percent."
 )
-WEEKS, INGOTS, VIEWS, EXCHANGED_WEEK = 50, 10, 3, 25
+WEEKS, INGOTS, VIEWS, EXCHANGED_WEEK = 50, 4, 2, 25
 KINDS = {
     "typical": lambda label, rng: face(TYPICAL[label], rng),
     "foreign": foreign_face,
@@ -31,10 +31,7 @@ SAMPLE = 1
 
 
 def cases():
-    seeds = range(2)
-    return [
-        {"kind": kind, "classifier": name, "seed": s} for kind in KINDS for name in ("relief", "dual") for s in seeds
-    ]
+    return [{"kind": kind, "classifier": name, "seed": 0} for kind in KINDS for name in ("relief", "dual")]
 
 
 def run(case):

@@ -15,8 +15,8 @@ from shown_boards import HEIGHT_WORDS, capture_poses, write_boards
 from appliance.cameras.recording.pairs import Recording
 from vision.calibration.rig import Rig
 
-POSES = 9
-HELD_S = 1.0
+POSES = 8
+HELD_S = 1.5
 LAST = 6  # pose that is waited for
 RATE_HZ = 10
 

@@ -13,7 +13,7 @@ import pytest
 from appliance.cameras.genicam.device import Device
 from appliance.cameras.genicam.trigger import CONTROL_PORT, action_packet
 
-PAIRS = 100
+PAIRS = 60
 
 
 def test_pairs_that_count_were_exposed_together_whether_they_run_freely_or_are_fired():
@@ -22,16 +22,6 @@ def test_pairs_that_count_were_exposed_together_whether_they_run_freely_or_are_f
         assert found[kind]["pairs"] == PAIRS
         assert found[kind]["mismatches"] == 0
         assert found[kind]["out_of_order"] == 0
-
-
-def test_packets_too_large_for_the_network_are_a_fault_and_smaller_ones_are_found():
-    found = gige_cameras.scenario("wrong_packet_size", timeout=90, mtu=9000)
-    assert found["pairs_before"] == 50
-    assert found["fault"] == "camera_lost"
-    assert "every picture for 3 s came incomplete" in found["sentence"]
-    assert found["fault_after_s"] < 10
-    assert found["back_after_s"] < 30
-    assert max(found["packet_bytes_after"]) <= 1500 < min(found["packet_bytes"])
 
 
 def test_what_a_camera_is_told_of_action_commands_clock_and_chunks_arrives_in_its_registers():

@@ -1,21 +1,23 @@
 """References that follow the line: an ingot whose end is confirmed may become the reference of its kind.
 
 A confirmed ingot is tried in place of the reference of its kind. It stays if the pair then judges the ingots that were
-confirmed last clearly better than before, and still takes the commissioned top for more of a top than the commissioned
-bottom. While the pair in use judges most ingots well, one that it takes for the other kind becomes no reference, and
-some of the worst judged never count: a wrong confirmation now and then changes nothing.
+confirmed last, the commissioned references among them, clearly better than before. While the pair in use judges most
+of them well, one that it takes for the other kind becomes no reference, and some of the worst judged never count: a
+wrong confirmation now and then changes nothing.
 """
 
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vision.ingot.classifiers.classifier import Face, FaceClassifier, Picture
 from vision.ingot.classifiers.names import ClassifierName
 from vision.ingot.classifiers.similarity import as_reference, similarity
+from vision.ingot.classifiers.ssim import DualSimilarity, SingleSimilarity
 from vision.ingot.classifiers.table import CLASSIFIERS
+
+CLEARNESS = 60.0  # chosen: log odds to a difference of similarities of 1; kinds differ by some 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,12 +71,15 @@ class ReferenceLearner:
         classifier: ClassifierName,
         rule: LearningRule | None = None,
     ) -> None:
-        self._commissioned = as_reference(commissioned[0]), as_reference(commissioned[1])
+        ends = as_reference(commissioned[0]), as_reference(commissioned[1])
         self.current = as_reference(current[0]), as_reference(current[1])
         self._classifier: type[FaceClassifier] = CLASSIFIERS[classifier]
         self._rule = rule or LearningRule()
         self._judge = _Judge(self._classifier, self.current)
-        self._confirmed: dict[bool, list[_Confirmed]] = {True: [], False: []}
+        self._confirmed = {
+            is_top: [_Confirmed(end, self._judge.log_odds(end))]
+            for end, is_top in zip(ends, (True, False), strict=True)
+        }
 
     def add(self, image: Picture, *, is_top: bool) -> bool:
         """Take a confirmed ingot into account.
@@ -91,9 +96,9 @@ class ReferenceLearner:
             Whether it became the reference of its kind in `current`.
         """
         log_odds = self._judge.log_odds(image)
-        kind = [*self._confirmed[is_top], _Confirmed(image, log_odds)]
-        self._confirmed[is_top] = kind[-self._rule.remembered :]
-        if min(len(ingots) for ingots in self._confirmed.values()) < self._rule.least:
+        first, *others = [*self._confirmed[is_top], _Confirmed(image, log_odds)]
+        self._confirmed[is_top] = [first, *others[-self._rule.remembered :]]
+        if min(len(ingots) for ingots in self._confirmed.values()) <= self._rule.least:
             return False
         loss = self._loss(self._confirmed)
         if loss < self._rule.good and (log_odds > 0) != is_top:
@@ -106,8 +111,6 @@ class ReferenceLearner:
             for kind, ingots in self._confirmed.items()
         }
         if self._loss(judged) > loss - self._rule.gain:
-            return False
-        if judge.log_odds(self._commissioned[0]) <= judge.log_odds(self._commissioned[1]):
             return False
         self.current, self._judge, self._confirmed = tried, judge, judged
         return True
@@ -134,8 +137,11 @@ class _Judge:
 
     def __init__(self, classifier: type[FaceClassifier], references: tuple[Picture, Picture]) -> None:
         self._references = references
+        self._compares = issubclass(classifier, (SingleSimilarity, DualSimilarity))
         self._classifier = classifier(*references)
 
-    def log_odds(self, image: NDArray[np.uint8]) -> float:
-        top, bottom = (similarity(image, reference) for reference in self._references)
-        return self._classifier.judge(Face(image, top, bottom)).log_odds
+    def log_odds(self, image: Picture) -> float:
+        if self._compares:  # the evidence of a verdict is the same for near and far
+            top, bottom = (similarity(image, one) for one in self._references)
+            return CLEARNESS * (top - bottom)
+        return self._classifier.judge(Face(image, 0.0, 0.0)).log_odds

@@ -22,12 +22,16 @@ class Poses:
     board : Board
     wanted : int
         Number of poses.
+
+    Attributes
+    ----------
+    wanted : int
     """
 
     def __init__(self, folder: Path, board: Board, wanted: int) -> None:
         self._folder = folder / "calibration"
         self._board = board
-        self._wanted = wanted
+        self.wanted = wanted
         self._corners: tuple[list[Array], list[Array]] = ([], [])
         self._size = (1, 1)
         self._next = 0
@@ -64,7 +68,7 @@ class Poses:
     def lacking(self) -> str:
         """What is missing, in words; empty where the poses are enough."""
         wanted: list[str] = []
-        if more := max(0, self._wanted - self.number):
+        if more := max(0, self.wanted - self.number):
             wanted.append(f"{more} pose{'s' * (more > 1)}")
         covered = [seen.covered_share for seen in self.seen]
         if min(covered) < COVERED_LEAST:

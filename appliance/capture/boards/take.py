@@ -36,10 +36,12 @@ def capture_boards(pairs: JudgedPairs, poses: Poses, within_s: float, console: C
     CameraError
         The cameras give no pictures.
     """
+    if not poses.lacking():
+        return
     for judged in pairs.come(within_s):
         trouble = judged.trouble or ("" if poses.is_new(judged) else "as a pose before: move or tilt the board")
         if trouble:
-            console.live(f"{poses.number} poses; {trouble}")
+            console.live(f"{poses.number} of {poses.wanted} poses; {trouble}")
             continue
         console.say(f"pose {poses.add(judged)}: {judged.edges}")
         if not poses.lacking():
@@ -47,8 +49,8 @@ def capture_boards(pairs: JudgedPairs, poses: Poses, within_s: float, console: C
         console.say(f"  missing: {poses.lacking()}")
     if poses.number < LEAST_PAIRS:
         raise CaptureError(
-            f"{poses.number} poses within {within_s:g} s, and a calibration needs {LEAST_PAIRS}; missing: "
-            f"{poses.lacking()}"
+            f"{poses.number} of the {LEAST_PAIRS} poses that a calibration needs were stored within {within_s:g} s; "
+            f"missing: {poses.lacking()}"
         )
 
 
@@ -66,10 +68,13 @@ def capture_registration(pairs: JudgedPairs, folder: Path, height: str, console:
     Raises
     ------
     CaptureError
-        No good pair of pictures came in time, or the board lies where it lay for the other height.
+        Nobody has told the height, no good pair of pictures came in time, or the board lies where it lay for the other
+        height.
     CameraError
         The cameras give no pictures.
     """
+    if (pairs.board.low_mm if height == LOW else pairs.board.high_mm) is None:
+        raise CaptureError(f"{folder}: {height}_mm is not known; give --{height}-mm, its face above the rollers in mm")
     trouble = "no picture came"
     for judged in pairs.come(REGISTRATION_TIME_S):
         trouble = judged.trouble or _not_moved(folder, judged, pairs.board, height)

@@ -84,7 +84,7 @@ def _boards(given: argparse.Namespace, settings: "Settings", console: "Console")
     camera = _pair_camera(settings)
     board = board_of(given.output, _told(given))
     poses = Poses(given.output, board, given.poses)
-    console.say(f"{given.output}: {poses.number} poses, {given.poses} are wanted; Ctrl-C ends it sooner")
+    console.say(f"{given.output}: {poses.number} of {given.poses} poses; Ctrl-C ends it sooner")
     console.say("hold the board still before both cameras, then elsewhere: tilted, near, far,")
     console.say("and in the corners of the pictures")
     pairs = JudgedPairs(camera.make_source(settings.sizing.liveness.apart_max_us), settings.sizing.liveness, board)
@@ -92,7 +92,7 @@ def _boards(given: argparse.Namespace, settings: "Settings", console: "Console")
         capture_boards(pairs, poses, given.within, console)
     except KeyboardInterrupt:
         console.say("stopped")
-    console.say(f"{given.output}: {poses.number} poses, missing: {poses.lacking() or 'nothing'}")
+    console.say(f"{given.output}: {poses.number} of {given.poses} poses, missing: {poses.lacking() or 'nothing'}")
     for line in poses.unseen():
         console.say(f"  {line}")
     console.say(f"  next: hotgauge capture registration --output {given.output}")
@@ -147,7 +147,7 @@ def _recording(given: argparse.Namespace, settings: "Settings", console: "Consol
     done = record(source, liveness, given.output, given.seconds, console)
     console.say(f"{given.output}: {done.frames} frames of {done.size[0]} x {done.size[1]} pixels, {done.lost} lost")
     if done.lost > LOST_MOST_SHARE * (done.frames + done.lost):
-        console.say("  the computer or its disk is too slow for this rate; lower the camera's rate_hz while recording")
+        console.say("  the computer or its disk is too slow for this; lower the camera's rate_hz")
 
 
 def _pair_camera(settings: "Settings") -> PairCamera:

@@ -42,7 +42,8 @@ def cast_face(label: Label, rng: Rng) -> Light:
         cooling, marks = cooling + _mould(rng), 1.0
     height = height + np.float32(marks) * (_scratches(rng) + _dents(rng))
     plates, cooler = _plates(rng)
-    return _shaded(height + np.float32(marks) * plates, cooling + np.float32(marks) * cooler, rng)
+    height, cooling = height + np.float32(marks) * plates, cooling + np.float32(marks) * cooler
+    return _shaded(height.astype(np.float32), cooling.astype(np.float32), rng)
 
 
 def _shaded(height: Light, cooling: Light, rng: Rng) -> Light:

@@ -203,7 +203,7 @@ def wrong_packet_size():
 
 
 def some_pairs():
-    return {"free": pairs(100), "fired": fired_pairs(100)}
+    return {"free": pairs(60), "fired": fired_pairs(60)}
 
 
 FEATURES = {"ActionSelector": 0x4000, "ActionDeviceKey": 0x4004, "ActionGroupKey": 0x4008, "ActionGroupMask": 0x400C}

@@ -112,3 +112,24 @@ def test_trouble_is_one_sentence_and_leaves_no_file(recording, recordings, tmp_p
         assert said in sentence
         assert sentence.count("\n") == 1
     assert not (tmp_path / "out").exists()
+
+
+@pytest.fixture
+def references(recordings, tmp_path):
+    """Our own copy of the references: learning writes beside them."""
+    for name in ("top.png", "bottom.png", "roi.json"):
+        (tmp_path / name).write_bytes((recordings / "ingot_line" / name).read_bytes())
+    return tmp_path
+
+
+def test_learning_from_one_ingot_says_that_it_is_too_little_and_changes_nothing(recording, references, capsys):
+    before = {path.name: path.read_bytes() for path in references.iterdir()}
+    assert orient(recording, references, references / "out.jsonl", "--learn", "bottom") == 0
+    assert "0 references learned from 0 confirmed tops and 1 bottoms (at least 4" in capsys.readouterr().out
+    assert {name: (references / name).read_bytes() for name in before} == before
+    assert not (references / "learned").exists()
+
+
+def test_a_pair_that_nobody_learned_cannot_be_used(recording, references, capsys):
+    assert orient(recording, references, references / "out.jsonl", "--use", 3) == 2
+    assert "learned pairs are [], 0 the first one" in capsys.readouterr().err

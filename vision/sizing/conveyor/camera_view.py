@@ -30,7 +30,9 @@ LEAST_U_ACROSS_SHARE = 0.005  # chosen: of W, least doubt in the camera's place 
 MOST_ACROSS_SHARE = 0.45  # chosen: a camera that sees both inner faces hangs at most 45 % of W off the middle
 MOST_FACTOR = 2.0  # chosen: the fit may change the distance of a barrier's two edges by this factor
 LEAST_STEP_SHARE = 0.15  # chosen: with a weaker second step of light nobody can say which edge the other one is
-MOST_MISFIT_RATIO = 1.35  # chosen: own lines' misfit falls by less when the faces' width is fitted as well
+MOST_MISFIT_RATIO = 1.35  # chosen: the misfit falls by more when narrower faces are allowed: they are narrower
+NARROW_FACE_SHARE = 0.85  # chosen, of the width of a wall's face; faces of walls are fitted 1 to 8 % too narrow
+U_FACE_SHARE = 0.03  # chosen: standard uncertainty of a fitted face's width, by the lens's halo
 RESOLVED_BLURS = 1.0  # chosen: a face narrower than the blur looks like one step with more blur, and is not fitted
 PROFILE_NOISE = 0.002  # chosen: noise of mean profiles, over full scale
 CORRELATED_SAMPLES = 1 / 0.25  # samples per pixel: neighbours share their noise
@@ -242,7 +244,7 @@ def faces_disagree(barriers: Barriers, reference: ConveyorReference, view: Conve
         told, feet = (
             _feet(barriers, part, place, max(u_place, LEAST_U_ACROSS_SHARE), free=free) for free in (False, True)
         )
-        if told.misfit > MOST_MISFIT_RATIO * feet.misfit:
+        if told.misfit > MOST_MISFIT_RATIO * feet.misfit and feet.part < NARROW_FACE_SHARE * part:
             return True
         seen_mm, u_seen = top_mm * (1 + 1 / feet.part), feet.u_part
         low_mm = high_mm = reference.camera_height_mm
@@ -252,7 +254,7 @@ def faces_disagree(barriers: Barriers, reference: ConveyorReference, view: Conve
         low_mm, high_mm = (
             _of_lines(barriers, barriers.lines, reference, 0.0, share).camera_height_mm for share in shares
         )
-    known = [seen_mm * u_seen, seen_mm * U_BARRIER_HEIGHT_MM / top_mm, U_CAMERA_HEIGHT_MM]
+    known = [seen_mm * u_seen, seen_mm * U_FACE_SHARE, seen_mm * U_BARRIER_HEIGHT_MM / top_mm, U_CAMERA_HEIGHT_MM]
     most_mm = DISAGREE_SIGMAS * float(np.linalg.norm(known))
     return not low_mm - most_mm <= seen_mm <= high_mm + most_mm
 

@@ -32,7 +32,12 @@ def pair():
 
 def virtual_board(diameter_mm, expanded_mm=0.16):
     return VirtualBoardReading(
-        diameter_mm=diameter_mm, u_edge_mm=expanded_mm / 2, u_board_mm=0.0, u_model_mm=0.0, plane_height_mm=90.0
+        diameter_mm=diameter_mm,
+        u_edge_mm=expanded_mm / 2,
+        u_board_mm=0.0,
+        u_light_mm=0.0,
+        u_model_mm=0.0,
+        plane_height_mm=90.0,
     )
 
 
@@ -133,3 +138,12 @@ def test_an_ovality_that_the_product_may_have_is_a_part_of_the_uncertainty(pair)
     # both views see widths, not the height: of a section whose widths differ by 0.6 mm they miss most
     assert 0.6 * 0.6 / (2 * math.sqrt(3)) < reading.u_shape_mm < 0.6 / (2 * math.sqrt(3))
     assert reading.expanded_uncertainty_mm > 2 * reading.u_shape_mm
+
+
+def test_a_proof_that_both_cameras_exposed_together_leaves_no_doubt_of_a_late_one(pair):
+    gauge = Gauge(perfect_rig_with_boards((Moved(0.0), Moved(0.0))))
+    unknown, proved = (gauge.measure_bars(*pair, synchronous=known)[0] for known in (False, True))
+    assert unknown.u_motion_mm > 0 == proved.u_motion_mm
+    assert proved.u_model_mm < unknown.u_model_mm
+    unseen = Gauge(perfect_rig_with_boards()).measure_bars(*pair, synchronous=True)[0]
+    assert unseen.u_motion_mm == unknown.u_motion_mm  # without still marks a camera may have turned instead

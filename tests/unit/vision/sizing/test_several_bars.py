@@ -1,0 +1,50 @@
+"""Bars side by side on the simulated mill: each is measured, none is invented, none that is hidden has a value."""
+
+from dataclasses import replace
+
+import pytest
+from mill_scenes import perfect_rig
+
+from appliance.simulation.bars.real_line import Line, several_bars
+from appliance.simulation.true_rig import default_rig
+from vision.reasons import Reason
+from vision.sent_picture import SentPicture
+from vision.sizing.gauge import Gauge
+from vision.sizing.tangent.gauge import TangentGauge
+
+RIG = default_rig()
+
+
+def line_of(offsets_mm, diameter_mm=80.0):
+    line = several_bars(4001, len(offsets_mm))
+    bars = [
+        replace(bar, diameter_mm=diameter_mm + 5 * place, offset_mm=offset_mm, yaw_deg=0.5)
+        for place, (bar, offset_mm) in enumerate(zip(line.setup.bars, offsets_mm, strict=True))
+    ]
+    return Line(replace(line.setup, rig=RIG, bars=tuple(bars)))
+
+
+def readings_of(line):
+    rig = perfect_rig(RIG, line.setup.sensor.response)
+    gauge = object.__new__(Gauge)  # route V needs boards, and does not measure several bars
+    gauge._rig, gauge._tangent = rig, TangentGauge(rig, 0.0)
+    pictures = [SentPicture.of(picture) for picture in next(line.pairs(1))]
+    outlines = gauge._tangent.outlines(*pictures)
+    return gauge._side_by_side(outlines, lambda pair: gauge._tangent.measure_bar(*pictures, pair))
+
+
+@pytest.mark.parametrize("offsets_mm", [(-90.0, 60.0), (-150.0, -10.0, 140.0)])
+def test_each_bar_is_measured_from_smaller_x(offsets_mm):
+    line = line_of(offsets_mm)
+    readings = readings_of(line)
+    assert [reading.diameter_mm for reading in readings] == pytest.approx(
+        [bar.diameter_mm for bar in line.setup.bars], abs=0.15
+    )
+    assert [reading.offset_mm for reading in readings] == pytest.approx(offsets_mm, abs=1.0)
+
+
+def test_bars_that_touch_in_a_view_have_no_value():
+    readings = readings_of(line_of((-60.0, 29.0)))
+    assert not any(reading.valid for reading in readings)
+    why = Reason.EDGE_NOT_FOUND | Reason.ONE_CAMERA | Reason.SEVERAL_BARS
+    assert all(reading.reasons & why for reading in readings)
