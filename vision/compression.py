@@ -3,89 +3,116 @@
 A lens smooths light, and half level in light stays where it is. A codec takes away what is fine after the camera has
 coded light, so a part of the edge's width comes from smoothing in code values, about whose own middle it is symmetric.
 Decoded to light, half level then moves towards the bright side by a share of the distance between the two middles.
-The share was measured on boards of the simulated mill, 0.7 to 0.9 px of blur, four cameras, as the move of half level
-under the true response: 3 % for JPEG of quality 90, 8 % for 75; 3.5, 8 and 13.5 % for x264 at CRF 18, 23 and 28.
+
+The share is k (q / A)^p exp(-c (s - 0.8)), q being the quantiser's step and A the edge's in code values, s the blur of
+the lens in pixels: the coarser the quantiser against the edge and the finer the edge, the more is lost. k, p and c were
+fitted to drawn edges between three pairs of levels that real coders coded (docs/studies/compression.json): JPEG of
+quality 50 to 95 by libjpeg, H.264 of CRF 18 to 28 by x264, whose blocks with edges have quantisers of 25 to 35.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from vision.light import Response, light_of
+from vision.light_planes import LightPlane
 from vision.sent_picture import Coding
 
-JPEG_SHARE = 0.3  # at quality 0, falling linearly to none at 100: 3 % at 90, 7.5 % at 75
-JPEG_COLOUR_SHARE = 0.75  # of a single colour, which holds colour differences: JPEG quantises them more coarsely
+Array = NDArray[np.float64]
+
+
+class CodeSmoothing(NamedTuple):
+    """How much of an edge's width a codec makes: factor k, power p and slope c."""
+
+    factor: float
+    power: float
+    slope_per_px: float
+
+
+JPEG = CodeSmoothing(0.91, 1.26, 2.9)
+JPEG_COLOUR = CodeSmoothing(0.86, 0.78, 1.8)  # a single colour holds colour differences, which JPEG quantises coarsely
+VIDEO = CodeSmoothing(0.67, 1.27, 0.73)
+USUAL_BLUR_PX = 0.8
+INTERPOLATION_VARIANCE_PX2 = 1 / 6  # of linear interpolation between pixels, over all places between them
+LARGEST_SHARE = 0.5
+JPEG_STEP = 24.0  # of the luma table at quality 50: its middle frequencies (ITU-T T.81, K.1)
 USUAL_JPEG_QUALITY = 85  # of a file that does not tell
-VIDEO_SHARE = 0.08  # at CRF 23; a stream does not tell how strongly it is compressed
-# Relative standard uncertainties. The shares are known from our own mill alone; on line_r, another maker's JPEG of
-# quality 95, the correction of 0.04 mm made the error larger (+0.06 to +0.09 mm), so it counts in full.
-U_JPEG_SHARE, U_VIDEO_SHARE = 1.0, 0.5
-CODES = np.linspace(0.0, 1.1, 2201)
+USUAL_QUANTISER = 30  # of a stream that does not tell: at edges, about CRF 23
+# Relative standard uncertainties: how far the shares of single edges scatter about the law in that study.
+U_JPEG_SHARE, U_VIDEO_SHARE, U_UNTOLD_SHARE = 0.35, 0.6, 0.7  # the last without a known quantiser
+# On line_r, another maker's JPEG of quality 95 in whole colours, the correction of 0.03 mm makes the errors larger,
+# from 0.06 and 0.03 to 0.09 and 0.06 mm: it counts in full.
+U_COLOUR_SHARE = 1.0
 
 
-def code_smoothing(coding: Coding) -> tuple[float, float]:
+def quantiser_step(coding: Coding) -> float:
+    """Step of the quantiser in code values of 8 bits; 0 where nothing is lost."""
+    if coding.compression == "jpeg":
+        quality = coding.quality or USUAL_JPEG_QUALITY
+        return JPEG_STEP * (2 - quality / 50 if quality >= 50 else 50 / quality)
+    if coding.compression == "video":
+        quantiser = USUAL_QUANTISER if coding.quantiser is None else coding.quantiser
+        return 0.625 * 2 ** (quantiser / 6)  # ITU-T H.264, 8.5.9: it doubles every 6
+    return 0.0
+
+
+def code_smoothing(coding: Coding, step_codes: float, blur_px: float) -> tuple[float, float]:
     """Share of the distance between the middles in code values and in light by which half level moves.
+
+    Parameters
+    ----------
+    coding : Coding
+    step_codes : float
+        Of the edge, in code values of 8 bits.
+    blur_px : float
+        Standard deviation of the lens' blur.
 
     Returns
     -------
     tuple of float
-        The share, and its standard uncertainty.
+        The share, and its standard uncertainty; 0 without an edge.
     """
-    if coding.compression == "none":
+    step = quantiser_step(coding)
+    if step == 0.0 or not step_codes > 0.0:
         return 0.0, 0.0
+    law = {"jpeg": JPEG_COLOUR if coding.samples == "colour" else JPEG}.get(coding.compression, VIDEO)
+    share = law.factor * (step / step_codes) ** law.power * np.exp(-law.slope_per_px * (blur_px - USUAL_BLUR_PX))
+    share = min(float(share), LARGEST_SHARE)
+    if law is JPEG_COLOUR:
+        return share, U_COLOUR_SHARE * share
     if coding.compression == "video":
-        return VIDEO_SHARE, U_VIDEO_SHARE * VIDEO_SHARE
-    of_full = JPEG_COLOUR_SHARE if coding.samples == "colour" else JPEG_SHARE
-    share = of_full * (1 - (coding.quality or USUAL_JPEG_QUALITY) / 100)
-    return share, U_JPEG_SHARE * share
-
-
-def middle_of_codes_px(response: Response, dark: float, bright: float, blur_px: float) -> float:
-    """How far the middle in code values lies outside the middle in light, on an edge that a lens blurred.
-
-    Parameters
-    ----------
-    response : Response
-    dark, bright : float
-        Light on either side.
-    blur_px : float
-        Standard deviation of the edge's blur.
-
-    Returns
-    -------
-    float
-        Pixels towards the dark side; 0 without a step.
-    """
-    if not 0.0 <= dark < bright:
-        return 0.0
-    light = light_of(CODES, response)
-    middle = 0.5 * np.sum(np.interp([dark, bright], light, CODES))
-    share = (float(np.interp(middle, CODES, light)) - dark) / (bright - dark)
-    return float(-blur_px * special.ndtri(np.clip(share, 0.01, 0.99)))
+        return share, share * (U_UNTOLD_SHARE if coding.quantiser is None else U_VIDEO_SHARE)
+    return share, share * (U_UNTOLD_SHARE if coding.quality is None else U_JPEG_SHARE)
 
 
 def compression_shift_px(
-    coding: Coding, response: Response, levels: tuple[NDArray[np.float64], NDArray[np.float64]], blur_px: float
+    coding: Coding, plane: LightPlane, levels: tuple[Array, Array], blur_px: float
 ) -> tuple[float, float]:
     """How far compression moved half level of an edge inwards.
 
     Parameters
     ----------
     coding : Coding
-    response : Response
+    plane : LightPlane
+        In which the edge was located.
     levels : tuple of ndarray of float64, shape (n,)
         Light of the background and of the bar along the edge; NaN where unknown.
     blur_px : float
+        Standard deviation of the edge's blur between pixels, interpolation included.
 
     Returns
     -------
     tuple of float
         Pixels, and their standard uncertainty.
     """
-    share, u_share = code_smoothing(coding)
     dark, bright = (float(np.nanmedian(level)) if np.isfinite(level).any() else np.nan for level in levels)
-    if share == 0.0 or not np.isfinite(dark + bright + blur_px):
+    if coding.compression == "none" or not (dark < bright and np.isfinite(blur_px)):
         return 0.0, 0.0
-    away_px = middle_of_codes_px(response, max(dark, 0.0), bright, blur_px)
+    light = plane.table[0]
+    codes = np.interp([dark, bright], light, np.arange(len(light)))
+    middle = np.interp(codes.mean(), np.arange(len(light)), light)
+    lens_px = float(np.sqrt(max(blur_px**2 - INTERPOLATION_VARIANCE_PX2, 0.0)))
+    share, u_share = code_smoothing(coding, float(np.diff(codes)[0]) / 2 ** (coding.bits - 8), lens_px)
+    away_px = float(-lens_px * special.ndtri(np.clip((middle - dark) / (bright - dark), 0.01, 0.99)))
     return share * away_px, u_share * abs(away_px)

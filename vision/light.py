@@ -12,6 +12,7 @@ from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 
 CLIPPED_CODE = 250  # chosen: from this 8-bit code value on a channel counts as overexposed, its light as lost
 NamedResponse = Literal["srgb", "linear", "gamma 2.2"]
@@ -160,6 +161,27 @@ def half_level_share(response: Response, dark: Array, bright: Array) -> Array:
     light = response.light(grid)
     codes = np.interp(np.stack([dark, 0.5 * (dark + bright), bright]), light, grid)
     return np.stack([_share_change(response, codes, axis) for axis in _axes(response.covariance)], axis=-1)
+
+
+def half_level_doubts_px(response: Response, levels: tuple[Array, Array], blur_px: float) -> Array:
+    """How far half level of an edge moves for each independent doubt of the response.
+
+    Parameters
+    ----------
+    response : {"srgb", "linear", "gamma 2.2"} or ResponseCurve
+    levels : tuple of ndarray of float64, shape (n,)
+        Light on the dark and on the bright side along the edge, of which the medians count.
+    blur_px : float
+        Standard deviation of the edge's blur.
+
+    Returns
+    -------
+    ndarray of float64, shape (p,)
+        See `half_level_share`.
+    """
+    dark, bright = (np.median(level) for level in levels)
+    share = half_level_share(response, np.array([max(dark, 0.0)]), np.array([bright]))[0]
+    return blur_px * special.ndtri(np.clip(0.5 + share, 0.01, 0.99))
 
 
 def _axes(covariance: Array) -> Array:

@@ -77,7 +77,7 @@ class Decoder:
     def __init__(self, response: Response) -> None:
         self.response: Response = response
         self._table = cache(self._new_table)
-        self.shown = self._table(Coding("grey"))[0]
+        self.shown = self._table_of(Coding("grey"))[0]
         self._curve = light_of(CURVE_CODES, response)
         self._clipped_light = float(self.shown[CLIPPED_CODE])
 
@@ -96,7 +96,7 @@ class Decoder:
         """
         if coding.samples in {"grey", "colour"}:
             order = np.argsort(-inside)
-            table = self._table(coding)
+            table = self._table_of(coding)
             return [LightPlane(int(channel), table, ONE_SITE, self._clipped_light) for channel in order]
         dark, bright = self.shown_light(outside), self.shown_light(inside)
         if coding.samples == "mosaic":
@@ -109,14 +109,17 @@ class Decoder:
 
     def whole(self, coding: Coding) -> LightPlane:
         """Plane of grey and luma as if everything were grey, or of a mosaic's sites as they are."""
-        return LightPlane(0, self._table(coding), ONE_SITE, self._clipped_light)
+        return LightPlane(0, self._table_of(coding), ONE_SITE, self._clipped_light)
 
     def shown_light(self, code: Array) -> Array:
         """Light of code values, 0 to 255, of the picture as it is shown."""
         return light_of(code / 255, self.response)
 
-    def _new_table(self, coding: Coding) -> Table:
-        return decoding_table(self.response, coding.bits, coding.black, coding.white)[None]
+    def _table_of(self, coding: Coding) -> Table:
+        return self._table(coding.bits, coding.black, coding.white)
+
+    def _new_table(self, bits: int, black: int, white: int) -> Table:
+        return decoding_table(self.response, bits, black, white)[None]
 
     def _luma_plane(self, coding: Coding, dark: Array, bright: Array, clipped: NDArray[np.bool_]) -> LightPlane:
         """Luma of the mixtures of background and bar, inverted.
@@ -154,7 +157,7 @@ class Decoder:
         if coding.mosaic is None or not step[reference] > 0.0:
             return self.whole(coding)
         weight = np.where(step > LEAST_STEP * step[reference], step**2 / (bright + READ_NOISE), 0.0)
-        own = self._table(coding)[0]
+        own = self._table_of(coding)[0]
         tables = [
             dark[reference] + (own - dark[c]) * np.float32(step[reference] / step[c]) if weight[c] > 0 else own
             for c in (BLUE, GREEN, RED)

@@ -48,6 +48,8 @@ class Coding:
     compression : {"none", "jpeg", "video"}
     quality : int or None
         Of a JPEG file, 1 to 100 on the scale of the Independent JPEG Group; None where it is unknown.
+    quantiser : float or None
+        Of an H.264 picture, QP as at 8 bits; None where it is unknown.
     """
 
     samples: Samples = "colour"
@@ -57,6 +59,7 @@ class Coding:
     mosaic: Mosaic | None = None
     compression: Compression = "none"
     quality: int | None = None
+    quantiser: float | None = None
 
     def __post_init__(self) -> None:
         if not 8 <= self.bits <= 16:
@@ -73,6 +76,11 @@ class Coding:
     def white(self) -> int:
         """Code value of full scale."""
         return (1 << self.bits) - 1 if self.full_range else 235 << (self.bits - 8)
+
+    @property
+    def span_codes(self) -> float:
+        """Code values from no light to full scale, of 8 bits."""
+        return (self.white - self.black) / 2 ** (self.bits - 8)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

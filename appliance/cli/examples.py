@@ -46,7 +46,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "page-user": ("hotgauge page-user anna --role operator", "hotgauge page-user anna --remove"),
     "plan": (
         "hotgauge plan --sensor 2448x2048 --pixel-um 3.45 --focal-mm 25 --distance-m 3",
-        "hotgauge plan --sensor 800x600 --pixel-um 4.8 --focal-mm 9 --distance-m 3 --output a.png",
+        "hotgauge plan --sensor 800x600 --pixel-um 5 --focal-mm 9 --distance-m 3",
     ),
     "poll": ("hotgauge poll 127.0.0.1", "hotgauge poll gauge.mill:502 --count 1 --json"),
 }

@@ -18,7 +18,7 @@ from rehearsal import Rehearsal, rehearsing
 from running import HOTGAUGE, free_port
 
 from appliance.service import systemd as service
-from appliance.service.install import FILES, UNIT, install, remove
+from appliance.service.install import FILES, PAGE_UNIT, UNIT, install, remove
 
 REPOSITORY = Path(__file__).parents[2]
 
@@ -177,14 +177,16 @@ def staged(tmp_path) -> Path:
     return tmp_path
 
 
-def test_systemd_has_nothing_to_say_about_the_unit(staged):
-    said = subprocess.run(["systemd-analyze", "verify", staged / UNIT], capture_output=True, text=True, check=False)
+@pytest.mark.parametrize("unit", [UNIT, PAGE_UNIT], ids=["gauge", "page"])
+def test_systemd_has_nothing_to_say_about_the_unit(staged, unit):
+    said = subprocess.run(["systemd-analyze", "verify", staged / unit], capture_output=True, text=True, check=False)
     assert said.stdout + said.stderr == ""
     assert said.returncode == 0
 
 
-def test_the_unit_is_exposed_as_little_as_promised(staged):
-    words = ["systemd-analyze", "security", "--offline=true", "--no-pager", staged / UNIT]
+@pytest.mark.parametrize("unit", [UNIT, PAGE_UNIT], ids=["gauge", "page"])
+def test_the_unit_is_exposed_as_little_as_promised(staged, unit):
+    words = ["systemd-analyze", "security", "--offline=true", "--no-pager", staged / unit]
     said = subprocess.run(words, capture_output=True, text=True, check=False).stdout
     assert float(re.search(r"Overall exposure level.*: ([\d.]+)", said)[1]) <= 1.6
 

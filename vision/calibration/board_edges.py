@@ -1,6 +1,7 @@
 """Pixels along the edges between a board's squares: how far each lies from its edge, towards the white side."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -17,6 +18,27 @@ REACH_PX = 5.5  # to either side of an edge
 REACH_OF_SQUARE = 0.45  # at most: the middle of a square belongs to no edge
 END_OF_SQUARE = 0.12  # next to the corners pixels are left out
 BORDER_PX = 2
+INSIDE_PX = 4.0  # from a square's edges: behind the blur
+REACH_OF_NOISE_PX = 5
+
+
+class Noise(NamedTuple):
+    """Second differences of code values inside squares, in which nothing smooth is left, but noise.
+
+    Attributes
+    ----------
+    triples : float
+        Of pixels in a row or column.
+    next_to_square, apart_square : float
+        Sums of squares of c(x - d) - 2 c(x) + c(x + d), d being 1 and 2 pixels, over those triples.
+    """
+
+    triples: float
+    next_to_square: float
+    apart_square: float
+
+
+NO_NOISE = Noise(0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,6 +57,8 @@ class BoardEdges:
         Whether the edge runs along the board's short side.
     px_per_mm : ndarray of float64, shape (n,)
         Across the edge, on the board.
+    noise : Noise
+        Inside the squares.
     """
 
     code: Index
@@ -42,6 +66,7 @@ class BoardEdges:
     segment: Index
     upright: NDArray[np.bool_]
     px_per_mm: Array
+    noise: Noise = NO_NOISE
 
 
 def board_edges(picture: SentPicture, camera: Camera, corners_px: Array, board: Board) -> BoardEdges:
@@ -85,6 +110,7 @@ def board_edges(picture: SentPicture, camera: Camera, corners_px: Array, board: 
         segment=segment + np.repeat([0, columns * rows], [len(upright[0]), len(lying[0])]),
         upright=np.repeat([True, False], [len(upright[0]), len(lying[0])]),
         px_per_mm=px_per_square / board.square_mm,
+        noise=_noise_of(picture, first, last, on_board),
     )
 
 
@@ -99,6 +125,22 @@ def _counting(picture: SentPicture, x: Index, y: Index) -> NDArray[np.bool_]:
         return np.ones(x.shape, dtype=bool)
     green = [site for site, colour in enumerate(picture.coding.mosaic) if colour == "G"]
     return np.isin(2 * (y % 2) + x % 2, green)
+
+
+def _noise_of(picture: SentPicture, first: Index, last: Index, on_board: Array) -> Noise:
+    """Noise inside the squares; none of a mosaic, whose neighbours have other colours."""
+    if picture.coding.mosaic is not None or min(on_board.shape[1:]) < REACH_OF_NOISE_PX:
+        return NO_NOISE
+    code = _one_channel(picture)[first[1] : last[1], first[0] : last[0]].astype(np.float64)
+    from_edge_px = [(0.5 - np.abs(one - np.floor(one) - 0.5)) / np.hypot(*np.gradient(one)) for one in on_board]
+    inside = np.minimum(*from_edge_px) > INSIDE_PX
+    total = np.zeros(len(NO_NOISE))
+    for values, there in ((code, inside), (code.T, inside.T)):
+        middle = values[2:-2]
+        next_to, apart = values[1:-3] - 2 * middle + values[3:-1], values[:-4] - 2 * middle + values[4:]
+        within = there[:-4] & there[2:-2] & there[4:]
+        total += [np.count_nonzero(within), np.sum(next_to[within] ** 2), np.sum(apart[within] ** 2)]
+    return Noise(*total.tolist())
 
 
 def _in_squares(pixel: Index, camera: Camera, corners_px: Array, board: Board) -> Array:

@@ -16,8 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 from scipy.optimize import least_squares
+from scipy.sparse import csr_array
 
 from vision.calibration.board_edges import REACH_PX, BoardEdges
+from vision.calibration.camera_filter import filter_warning
 from vision.compression import code_smoothing
 from vision.light import (
     CURVE_PARAMETERS,
@@ -36,8 +38,13 @@ Index = NDArray[np.int64]
 STEP_PX = 0.25  # bins of distance
 BINS = round(2 * REACH_PX / STEP_PX)
 HALF = BINS // 2
+OVERSHOOT_PX = 1.0  # from an edge: nearer there is no overshoot
 FLANK_BINS = round(3.0 / STEP_PX)  # bins that are compared; further out are the plateaus
 PLATEAU_PX = 3.0
+BLACK_BINS, WHITE_BINS = (
+    slice(0, round((REACH_PX - PLATEAU_PX) / STEP_PX)),
+    slice(round((REACH_PX + PLATEAU_PX) / STEP_PX), BINS),
+)
 LEAST_PLATEAU = 20  # pixels on either side, for a segment to count
 LEAST_IN_BIN = 30  # pixels of a group, for a bin to count
 LEAST_PICTURES = 8  # fewer say little of their scatter
@@ -71,12 +78,15 @@ class MeasuredResponse:
     u_gain_mm : float
         Standard uncertainty.
     pictures : int
+    filter : str
+        A sentence about the camera's smoothing or sharpening; empty where the pictures show none.
     """
 
     curve: ResponseCurve
     gain_mm: float
     u_gain_mm: float
     pictures: int
+    filter: str = ""
 
 
 def measure_response(pictures: Sequence[tuple[BoardEdges, Coding]]) -> MeasuredResponse | None:
@@ -107,7 +117,8 @@ def measure_response(pictures: Sequence[tuple[BoardEdges, Coding]]) -> MeasuredR
     exponent, offset, shoulder, gain_mm = values.tolist()
     size = len(CURVE_PARAMETERS)
     curve = ResponseCurve(exponent, offset, shoulder, covariance[:size, :size])
-    return MeasuredResponse(curve, gain_mm, float(np.sqrt(covariance[size, size])), flanks.pictures)
+    found = filter_warning(pictures, flanks.overshoot)
+    return MeasuredResponse(curve, gain_mm, float(np.sqrt(covariance[size, size])), flanks.pictures, found)
 
 
 def _doubt(flanks: "_Flanks", values: Array) -> Array:
@@ -156,36 +167,37 @@ class _Flanks:
 
     Attributes
     ----------
-    code : ndarray of int64, shape (n,)
-        Place in the tables of all codings, one after the other.
     unit : ndarray of float64
-        Code value, 0 to 1, of each place.
-    segment : ndarray of int64, shape (n,)
-    bin : ndarray of int64, shape (n,)
-        Number of group and bin together.
-    white, black : ndarray of bool, shape (n,)
-        Pixels of the plateaus.
-    count : ndarray of int64, shape (groups, BINS)
-        Pixels of each bin.
+        Code value, 0 to 1, of each place in the tables of all codings, one after the other.
+    pixels : csr_array of float64, shape (segments * BINS, places)
+        Pixels of a segment's bin with the code value of a place.
+    segments : csr_array of float64, shape (groups, segments)
+        1 where a segment belongs to a group.
     px_per_mm : ndarray of float64, shape (groups,)
-    smoothing : float
-        Mean share of `vision.compression.code_smoothing` over the pictures, of grey: a board has no colours.
+    codings : list of Coding
+        Of the pictures.
     """
 
-    code: Index
     unit: Array
-    segment: Index
-    bin: Index
-    white: NDArray[np.bool_]
-    black: NDArray[np.bool_]
-    count: Index
+    pixels: csr_array
+    segments: csr_array
     px_per_mm: Array
-    smoothing: float
+    codings: list[Coding]
 
     @property
     def pictures(self) -> int:
         """Pictures with any edge that counts."""
         return int(np.count_nonzero(self.count.reshape(-1, DIRECTIONS * BINS).any(axis=1)))
+
+    @cached_property
+    def of_segment(self) -> Array:
+        """Pixels of each segment's bins, shape (segments, BINS)."""
+        return self.pixels.sum(axis=1).reshape(-1, BINS)
+
+    @cached_property
+    def count(self) -> Array:
+        """Pixels of each group's bins, shape (groups, BINS)."""
+        return self.segments @ self.of_segment
 
     @classmethod
     def of_pictures(cls, pictures: Sequence[tuple[BoardEdges, Coding]]) -> "_Flanks":
@@ -197,28 +209,19 @@ class _Flanks:
         code = _joined([one.code + start[coding] for one, coding in pictures]).astype(np.int64)
         distance = _joined([one.distance_px for one in edges]).astype(np.float64)
         number = np.repeat(np.arange(len(edges)), [len(one.code) for one in edges])
-        named = number * 100_000 + _joined([one.segment for one in edges]).astype(np.int64)
-        segment = np.unique(named, return_inverse=True)[1]
         group = DIRECTIONS * number + _joined([one.upright for one in edges]).astype(np.int64)
-        used = _usable(unit[code], distance, segment)[segment]
+        named = group * 100_000 + _joined([one.segment for one in edges]).astype(np.int64)
+        used = _usable(unit[code], distance, np.unique(named, return_inverse=True)[1])
+        names, segment = np.unique(named[used], return_inverse=True)
+        place = np.clip(np.floor((distance[used] + REACH_PX) / STEP_PX).astype(np.int64), 0, BINS - 1)
         groups = DIRECTIONS * len(edges)
-        place = np.clip(np.floor((distance + REACH_PX) / STEP_PX).astype(np.int64), 0, BINS - 1)
-        bins = (group * BINS + place)[used]
         scale = np.bincount(group[used], _joined([one.px_per_mm for one in edges]).astype(np.float64)[used], groups)
         return cls(
-            code=code[used],
             unit=unit,
-            segment=segment[used],
-            bin=bins,
-            white=(distance > PLATEAU_PX)[used],
-            black=(distance < -PLATEAU_PX)[used],
-            count=np.bincount(bins, minlength=groups * BINS).reshape(groups, BINS).astype(np.int64),
+            pixels=_counted(segment * BINS + place, code[used], (len(names) * BINS, len(unit))),
+            segments=_counted(names // 100_000, np.arange(len(names)), (groups, len(names))),
             px_per_mm=scale / np.maximum(np.bincount(group[used], minlength=groups), 1),
-            smoothing=float(
-                np.mean([code_smoothing(replace(coding, samples="grey", mosaic=None))[0] for _, coding in pictures])
-            )
-            if pictures
-            else 0.0,
+            codings=[coding for _, coding in pictures],
         )
 
     def asymmetry(self, values: Array) -> Array:
@@ -236,42 +239,72 @@ class _Flanks:
     @cached_property
     def compression_px(self) -> float:
         """How far compression moves half level towards white: a share of where the middle of the codes lies."""
-        y = self._profiles(ResponseCurve(1.0))
-        mean = (y * self.count).sum(axis=0) / np.maximum(self.count.sum(axis=0), 1)
+        mean = self._mean_of_codes
         at_edge, steep = 0.5 * (mean[HALF] + mean[HALF - 1]), (mean[HALF] - mean[HALF - 1]) / STEP_PX
-        return self.smoothing * float((at_edge - 0.5) / steep)
+        black, white = self._plateaus(self._light(ResponseCurve(1.0)))
+        step, blur_px = float(np.mean(white - black)), float(1 / (np.sqrt(2 * np.pi) * steep))
+        shares = [
+            # a board has no colours, and so the whole of its picture is in luma
+            code_smoothing(replace(one, samples="grey", mosaic=None), step * one.span_codes, blur_px)[0]
+            for one in self.codings
+        ]
+        return float(np.mean(shares) * (at_edge - 0.5) / steep)
+
+    @cached_property
+    def _mean_of_codes(self) -> Array:
+        """Mean profile of all edges in code values, 0 on black and 1 on white, shape (BINS,)."""
+        y = self._profiles(ResponseCurve(1.0))
+        return (y * self.count).sum(axis=0) / np.maximum(self.count.sum(axis=0), 1)
 
     @property
-    def compared(self) -> Index:
+    def overshoot(self) -> float:
+        """How far the mean edge rises over its plateaus beside them, share of the step in code values."""
+        mean = self._mean_of_codes
+        beside = slice(HALF + round(OVERSHOOT_PX / STEP_PX), WHITE_BINS.start)
+        return max(float(np.max(mean[beside]) - 1), float(-np.min(mean[::-1][beside])), 0.0)
+
+    @property
+    def compared(self) -> Array:
         """Pixels that a bin and its mirror image have at least, 0 for too few, shape (groups, FLANK_BINS)."""
         pixels = np.minimum(self.count[:, HALF:], self.count[:, :HALF][:, ::-1])[:, :FLANK_BINS]
         return np.where(pixels > LEAST_IN_BIN, pixels, 0)
 
+    def _light(self, curve: ResponseCurve) -> Array:
+        """Light summed over the pixels of each segment's bins, shape (segments, BINS)."""
+        return (self.pixels @ curve.light(self.unit)).reshape(-1, BINS)
+
+    def _plateaus(self, light: Array) -> tuple[Array, Array]:
+        """Mean light of each segment's black and white side."""
+        black, white = (
+            light[:, side].sum(axis=1) / self.of_segment[:, side].sum(axis=1) for side in (BLACK_BINS, WHITE_BINS)
+        )
+        return black, white
+
     def _profiles(self, curve: ResponseCurve) -> Array:
-        light = curve.light(self.unit)[self.code]
-        white, black = (_means(light[side], self.segment[side], self.segment) for side in (self.white, self.black))
-        share = (light - black[self.segment]) / (white - black)[self.segment]
-        return np.bincount(self.bin, share, self.count.size).reshape(self.count.shape) / np.maximum(self.count, 1)
+        light = self._light(curve)
+        black, white = self._plateaus(light)
+        share = (light - black[:, None] * self.of_segment) / (white - black)[:, None]
+        return (self.segments @ share) / np.maximum(self.count, 1)
 
 
 def _joined(parts: list[Array] | list[Index] | list[NDArray[np.bool_]]) -> NDArray[np.generic]:
     return np.concatenate(parts) if parts else np.empty(0, np.int64)
 
 
-def _means(values: Array, segment: Index, of: Index) -> Array:
-    size = int(of.max()) + 1
-    return np.bincount(segment, values, size) / np.maximum(np.bincount(segment, minlength=size), 1)
+def _counted(row: Index, column: Index, shape: tuple[int, int]) -> csr_array:
+    """How often each row and column occur together."""
+    return csr_array((np.ones(len(row)), (row, column)), shape=shape)
 
 
 def _usable(code: Array, distance: Array, segment: Index) -> NDArray[np.bool_]:
-    """Segments with enough of both plateaus, white above black and not overexposed."""
+    """Pixels of segments with enough of both plateaus, white above black and not overexposed."""
     size = int(segment.max()) + 1 if segment.size else 0
     sides = [distance > PLATEAU_PX, distance < -PLATEAU_PX]
     count = [np.bincount(segment[side], minlength=size) for side in sides]
     white, black = (
         np.bincount(segment[side], code[side], size) / np.maximum(n, 1) for side, n in zip(sides, count, strict=True)
     )
-    return (np.minimum(*count) > LEAST_PLATEAU) & (white < CLIPPED_CODE) & (white > black)
+    return ((np.minimum(*count) > LEAST_PLATEAU) & (white < CLIPPED_CODE) & (white > black))[segment]
 
 
 class ChosenResponse(NamedTuple):
@@ -282,10 +315,13 @@ class ChosenResponse(NamedTuple):
     response : Response
     warning : str
         Empty where nothing is doubtful.
+    filter : str
+        As in `MeasuredResponse`.
     """
 
     response: Response
-    warning: str
+    warning: str = ""
+    filter: str = ""
 
 
 def chosen_response(told: NamedResponse | None, measured: MeasuredResponse | None) -> ChosenResponse:
@@ -305,17 +341,16 @@ def chosen_response(told: NamedResponse | None, measured: MeasuredResponse | Non
     """
     if measured is None:
         untold = "board.json tells no response, and too few board pictures have squares to measure it from"
-        return ChosenResponse(UNKNOWN_RESPONSE, untold) if told is None else ChosenResponse(told, "")
-    if told is None:
-        return ChosenResponse(measured.curve, "")
-    off_px, u_px = edge_shift_px(told, measured.curve)
+        return ChosenResponse(UNKNOWN_RESPONSE, untold) if told is None else ChosenResponse(told)
+    off_px, u_px = (0.0, 0.0) if told is None else edge_shift_px(told, measured.curve)
     if abs(off_px) <= max(CONTRADICTION_PX, 3 * u_px):
-        return ChosenResponse(told, "")
+        return ChosenResponse(measured.curve if told is None else told, filter=measured.filter)
     way = "outwards" if off_px > 0 else "inwards"
     return ChosenResponse(
         measured.curve,
         f'board.json tells the response "{told}", which the board pictures contradict: it would move a bar\'s edges '
         f"{abs(off_px):.2f} px {way} (u = {u_px:.2f} px); the measured response is used",
+        measured.filter,
     )
 
 

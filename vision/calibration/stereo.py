@@ -78,6 +78,8 @@ class Calibration:
         Distance of the cameras and its standard uncertainty, without the board's scale.
     warnings : tuple of str
         What is doubtful.
+    notes : tuple of str
+        What is good to know of the pictures, and no doubt.
     """
 
     rig: Rig
@@ -87,6 +89,7 @@ class Calibration:
     baseline_mm: float
     baseline_u_mm: float
     warnings: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
 
 def calibrate(

@@ -9,7 +9,9 @@ uncertainties, sqrt(U_T^2 + U_V^2), but the trust in it is limited:
 >>> from vision.sizing.gauge import judged
 >>> from vision.sizing.virtual_board.reading import VirtualBoardReading
 >>> tangent = SizeReading(diameter_mm=120.00, expanded_uncertainty_mm=0.06)
->>> virtual_board = VirtualBoardReading(diameter_mm=120.30, u_edge_mm=0.02, u_board_mm=0.03, u_model_mm=0.02)
+>>> virtual_board = VirtualBoardReading(
+...     diameter_mm=120.30, u_edge_mm=0.02, u_board_mm=0.03, u_light_mm=0.0, u_model_mm=0.02
+... )
 >>> reading = judged(tangent, virtual_board)
 >>> reading.diameter_mm, reading.reasons.names, reading.trust_limit
 (120.0, ['routes_disagree'], 50.0)

@@ -15,7 +15,7 @@ from av.error import ExitError, FFmpegError
 
 from appliance.cameras.pairing import Exposure
 from appliance.cameras.picture_clock import Arrival, CameraClock, PresentationClock, RhythmClock, StreamClock
-from appliance.cameras.recording.video_file import picture_of_frame
+from appliance.cameras.recording.video_file import QUANTISERS, QuantiserWatch, picture_of_frame
 from appliance.cameras.source import CameraError
 from appliance.cameras.stream.address import with_credentials
 from appliance.cameras.stream.damage import Message, VideoPacket, WholePictures, catch_messages
@@ -61,6 +61,7 @@ class _Picture(NamedTuple):
     """A decoded picture that is whole, and whose moment is known."""
 
     frame: av.VideoFrame
+    quantiser: float | None
     number: int
     moment_s: float
 
@@ -100,7 +101,11 @@ class StreamReader:
             return None
         moment_s = picture.moment_s
         return Exposure(
-            picture_of_frame(picture.frame), picture.number, round(1e6 * moment_s), moment_s, exposure_us=math.nan
+            picture_of_frame(picture.frame, picture.quantiser),
+            picture.number,
+            round(1e6 * moment_s),
+            moment_s,
+            exposure_us=math.nan,
         )
 
     def check(self) -> None:
@@ -175,6 +180,7 @@ class _Pictures:
         self._stream = container.streams.video[0]
         # one thread: pictures come out as they go in, and what is said of damage is said in this thread
         self._stream.codec_context.thread_count = 1
+        self._stream.codec_context.options = QUANTISERS
         self._stream.codec_context.flags |= LOW_DELAY
         self._clock = clock
         self._messages = messages
@@ -183,6 +189,7 @@ class _Pictures:
         self._camera_ahead_s: float | None = None
         self._shape: tuple[int, int, str] | None = None
         self._number = 0
+        self._quantiser = QuantiserWatch()
 
     def __iter__(self) -> Iterator[_Picture | None]:
         """Pictures as they come; raises `CameraError` for a changed size or format, a wrong clock, lasting damage."""
@@ -204,6 +211,7 @@ class _Pictures:
             self._number += self._number > 0
             return None
         self._whole_s = time.monotonic()
+        quantiser = self._quantiser.of(frame)
         self._refuse_change(frame)
         presented_s = float(frame.pts * frame.time_base)
         self._follow_camera_time(packet)
@@ -213,7 +221,7 @@ class _Pictures:
             self._number += self._number > 0
             return None
         self._number += 1
-        return _Picture(frame, self._number - 1, moment_s)
+        return _Picture(frame, quantiser, self._number - 1, moment_s)
 
     def _follow_camera_time(self, packet: VideoPacket) -> None:
         """Note how far the camera's wall clock is ahead of the presentation time."""

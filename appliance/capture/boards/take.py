@@ -68,10 +68,13 @@ def capture_registration(pairs: JudgedPairs, folder: Path, height: str, console:
     Raises
     ------
     CaptureError
-        No good pair of pictures came in time, or the board lies where it lay for the other height.
+        Nobody has told the height, no good pair of pictures came in time, or the board lies where it lay for the other
+        height.
     CameraError
         The cameras give no pictures.
     """
+    if (pairs.board.low_mm if height == LOW else pairs.board.high_mm) is None:
+        raise CaptureError(f"{folder}: {height}_mm is not known; give --{height}-mm, its face above the rollers in mm")
     trouble = "no picture came"
     for judged in pairs.come(REGISTRATION_TIME_S):
         trouble = judged.trouble or _not_moved(folder, judged, pairs.board, height)

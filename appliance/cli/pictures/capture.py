@@ -147,7 +147,7 @@ def _recording(given: argparse.Namespace, settings: "Settings", console: "Consol
     done = record(source, liveness, given.output, given.seconds, console)
     console.say(f"{given.output}: {done.frames} frames of {done.size[0]} x {done.size[1]} pixels, {done.lost} lost")
     if done.lost > LOST_MOST_SHARE * (done.frames + done.lost):
-        console.say("  the computer or its disk is too slow for this rate; lower the camera's rate_hz while recording")
+        console.say("  the computer or its disk is too slow for this; lower the camera's rate_hz")
 
 
 def _pair_camera(settings: "Settings") -> PairCamera:

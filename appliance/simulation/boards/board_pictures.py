@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 import cv2
 import numpy as np
+from numba import njit
 
 from appliance.simulation.bars.line_scene import Picture, Scene, View
 from appliance.simulation.boards.boards import Board, Pose, high_pose, low_pose, random_poses
@@ -75,39 +76,59 @@ def _print_cells(on_board: Points, board: Board) -> tuple[Light, Light]:
     Inside a pixel, board coordinates are linear in the picture to better than a thousandth of a pixel.
     """
     columns, rows = board.squares
-    x, x_width = _cells(on_board[0] / board.true_square_mm + columns / 2)
-    y, y_width = _cells(rows / 2 - on_board[1] / board.true_square_mm)
-    sheet = _between(x, x_width, -1, columns + 1) * _between(y, y_width, -1, rows + 1)
-    pattern = _between(x, x_width, 0, columns) * _between(y, y_width, 0, rows)
-    black = pattern * (1 + _alternating(x, x_width, columns) * _alternating(y, y_width, rows)) / 2
-    light = (1 + LAMP_FALL_PER_SQUARE * (x + y)) * (BLACK * black + WHITE * (sheet - black))
-    return sheet.astype(np.float32), light.astype(np.float32)
+    x = _with_slopes(on_board[0] / board.true_square_mm + columns / 2)
+    y = _with_slopes(rows / 2 - on_board[1] / board.true_square_mm)
+    sheet = np.empty((CELLS * x.shape[1], CELLS * x.shape[2]), np.float32)
+    light = np.empty_like(sheet)
+    _print(x, y, board.squares, sheet, light)
+    return sheet, light
 
 
-def _cells(coordinate: Points) -> tuple[Light, Light]:
-    """A board coordinate, in squares, at the middle of each cell, and by how much it changes over a cell."""
+def _with_slopes(coordinate: Points) -> Light:
+    """A board coordinate, in squares, and its slopes down and to the right, shape (3, rows, columns)."""
     centre = coordinate.astype(np.float32)
-    down, right = (np.asarray(slope, np.float32) for slope in np.gradient(centre))
-    steps = (np.arange(CELLS, dtype=np.float32) + np.float32(0.5)) / CELLS - np.float32(0.5)
-    inside = down[:, None, :, None] * steps[:, None, None] + right[:, None, :, None] * steps
-    size = (CELLS * centre.shape[0], CELLS * centre.shape[1])
-    width = (np.hypot(down, right) / CELLS).repeat(CELLS, axis=0).repeat(CELLS, axis=1)
-    return np.asarray(centre[:, None, :, None] + inside, np.float32).reshape(size), np.asarray(width, np.float32)
+    return np.stack([centre, *np.gradient(centre)]).astype(np.float32)
 
 
-def _between(x: Light, width: Light, low: float, high: float) -> Light:
-    """Part of each cell that lies between two lines of the print."""
-    covered = np.clip((x - low) / width + 0.5, 0, 1) * np.clip((high - x) / width + 0.5, 0, 1)
-    return covered.astype(np.float32, copy=False)
+# Compiled loops: cell after cell, without a temporary picture of cells.
 
 
-def _alternating(x: Light, width: Light, squares: int) -> Light:
+@njit(nogil=True, cache=True)
+def _print(x: Light, y: Light, squares: tuple[int, int], sheet: Light, light: Light) -> None:
+    columns, rows = squares
+    for i in range(x.shape[1]):
+        for j in range(x.shape[2]):
+            x_width = np.hypot(x[1, i, j], x[2, i, j]) / CELLS
+            y_width = np.hypot(y[1, i, j], y[2, i, j]) / CELLS
+            for row in range(CELLS):
+                down = (row + 0.5) / CELLS - 0.5
+                for column in range(CELLS):
+                    right = (column + 0.5) / CELLS - 0.5
+                    u = x[0, i, j] + x[1, i, j] * down + x[2, i, j] * right
+                    v = y[0, i, j] + y[1, i, j] * down + y[2, i, j] * right
+                    paper = _between(u, x_width, -1, columns + 1) * _between(v, y_width, -1, rows + 1)
+                    black = _between(u, x_width, 0, columns) * _between(v, y_width, 0, rows)
+                    black *= (1 + _alternating(u, x_width, columns) * _alternating(v, y_width, rows)) / 2
+                    lamp = 1 + LAMP_FALL_PER_SQUARE * (u + v)
+                    sheet[CELLS * i + row, CELLS * j + column] = paper
+                    light[CELLS * i + row, CELLS * j + column] = lamp * (BLACK * black + WHITE * (paper - black))
+
+
+@njit(nogil=True, cache=True)
+def _between(x: float, width: float, low: float, high: float) -> float:
+    """Part of a cell that lies between two lines of the print."""
+    return min(max((x - low) / width + 0.5, 0.0), 1.0) * min(max((high - x) / width + 0.5, 0.0), 1.0)
+
+
+@njit(nogil=True, cache=True)
+def _alternating(x: float, width: float, squares: int) -> float:
     """1 in the first, -1 in the second square and so on, and between them where a line crosses a cell.
 
     The pattern's outer lines are left to `_between`; the first square is black, a margin of one square is white.
     """
-    line = np.clip(np.rint(x), 1, squares - 1)
-    return (1 - 2 * (line % 2)) * np.clip(2 * (x - line) / width, -1, 1)
+    line = min(max(round(x), 1), squares - 1)
+    side = -1.0 if line % 2 else 1.0
+    return side * min(max(2 * (x - line) / width, -1.0), 1.0)
 
 
 def _collected(cells: Light, blur: Blur) -> Light:

@@ -85,7 +85,7 @@ def calibrate_folder(
     chosen = _response(calibration.rig, board, finder.found, told)
     rig = replace(calibration.rig, marks=(left, right), response=chosen.response)
     warnings = (*calibration.warnings, *pictures.notes, *filter(None, [chosen.warning]))
-    return replace(calibration, rig=rig, warnings=warnings)
+    return replace(calibration, rig=rig, warnings=warnings, notes=tuple(filter(None, [chosen.filter])))
 
 
 def _response(rig: Rig, board: Board, found: Mapping[Path, np.ndarray], told: ToldCoding) -> ChosenResponse:
@@ -188,6 +188,7 @@ def report_lines(calibration: Calibration) -> list[str]:
         f"world frame   {_world(rig)}",
         f"response      {_response_line(rig)}",
         f"still marks   {' and '.join(str(len(marks.patch)) for marks in rig.marks)}, to notice a camera that moves",
+        *(f"note          {note}" for note in calibration.notes),
         *(f"warning       {warning}" for warning in calibration.warnings),
         f"verdict       {_verdict(calibration)}",
     ]

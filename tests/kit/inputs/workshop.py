@@ -15,6 +15,7 @@ from drawn_ingots import CENTROID, CROP, ingot, line
 from appliance.simulation.video_coding import Video
 from appliance.simulation.write_recording import write_scene
 from appliance.sizing.stereo.calibrate_folder import calibrate_folder
+from appliance.sizing.stereo.gauge import rig_file_gauge
 from appliance.sizing.stereo.rig_file import save_rig
 
 SIDES = ("left", "right")
@@ -46,6 +47,7 @@ def workshop() -> Path:
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     write_scene(folder / "mill", "clean", 3, 1, poses=7)
     save_rig(calibrate_folder(folder / "mill").rig, folder / "rig.json")
+    rig_file_gauge(folder / "rig.json", None).warm_up()  # what is compiled now delays no case
     (folder / "mill" / "scenes" / "clean").rename(folder / SCENE)
     pictures = {side: cv2.imread(str(folder / SCENE / side / "000000.png")) for side in SIDES}
     (folder / "video").mkdir()

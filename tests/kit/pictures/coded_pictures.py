@@ -7,7 +7,7 @@ import av
 import numpy as np
 
 from appliance.cameras.recording.picture_file import ToldCoding, decoded_picture
-from appliance.cameras.recording.video_file import picture_of_frame
+from appliance.cameras.recording.video_file import QUANTISERS, QuantiserWatch, picture_of_frame
 from appliance.simulation.coding import deep_png, filtered, jpeg, mosaic
 from appliance.simulation.video_coding import Video
 from vision.sent_picture import SentPicture
@@ -44,14 +44,22 @@ class CameraCoding:
         return 3 if isinstance(self.kind, Video) else 1
 
 
-def through_video(pictures, video):
+def through_video(pictures, video, *, every=False):
+    """The last picture of a video as it arrives, or every one."""
     colours = [one if one.ndim == 3 else np.repeat(one[:, :, None], 3, axis=2) for one in pictures]
     with av.open(io.BytesIO(video.encoded(colours))) as container:
-        return [picture_of_frame(frame) for frame in container.decode(video=0)][-1]
+        container.streams.video[0].codec_context.options = QUANTISERS
+        watch = QuantiserWatch()
+        arrived = [picture_of_frame(frame, watch.of(frame)) for frame in container.decode(video=0)]
+    return arrived if every else arrived[-1]
 
 
 CODINGS = {
     "png": CameraCoding("png"),
+    "png smoothed": CameraCoding("png", filter=-0.4),
+    "png sharpened": CameraCoding("png", filter=0.6),
+    "jpeg 4:2:0 q90 smoothed": CameraCoding("jpeg", filter=-0.4),
+    "jpeg 4:2:0 q90 sharpened": CameraCoding("jpeg", filter=0.6),
     "png 12 bit": CameraCoding("png", bits=12),
     "mosaic 8 bit": CameraCoding("mosaic"),
     "mosaic 12 bit": CameraCoding("mosaic", bits=12),

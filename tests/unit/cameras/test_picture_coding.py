@@ -94,6 +94,12 @@ def test_a_video_gives_the_luma_that_was_sent(picture, matrix, full_range, bits)
     assert np.abs(sent.measured[:, :, 0] - video.planes(picture)[0]).max() <= (0 if bits == 8 else 12)
 
 
+@pytest.mark.parametrize(("quantiser", "bits"), [(18, 8), (28, 8), (23, 10)])
+def test_an_h264_picture_tells_its_quantiser(picture, quantiser, bits):
+    coding = through_video([picture] * 3, Video(quantiser, bits=bits)).coding
+    assert coding.quantiser == pytest.approx(quantiser, abs=3)
+
+
 def test_a_video_of_whole_colours_is_measured_in_them(picture):
     assert through_video([picture], Video(4, subsampling="4:4:4")).coding.samples == "colour"
 

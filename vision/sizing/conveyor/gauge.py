@@ -33,6 +33,7 @@ from vision.sizing.limits import CLIPPED_MOST_SHARE, COVERED_SHARE, FIRST_BLUR_P
 Array = NDArray[np.float64]
 Plane = NDArray[np.float32]
 
+LEAST_GAIN_CHANGE = 0.2  # chosen: a line that is darker than its empty picture by more has been dimmed by the camera
 HOT_FLOOR_LIGHT = 0.08  # chosen: a bar is brighter than the empty line by more than 8 % of full scale
 OPENING_PX = 5  # chosen: side of the square that opens the mask of what is hot
 LEAST_BAR_PX = 8  # chosen: fewer hot columns are no bar
@@ -134,8 +135,9 @@ class ConveyorGauge:
             Without a value: `edge_not_found` (with `barrier_hidden` or `barrier_bent` where it is a barrier's),
             `no_bar`, `several_bars`, `bar_too_short`, `edges_clipped`, `no_windows`; `camera_moved` when a barrier
             stands more than `CAMERA_MOVED_PX` from its place in the empty pictures; `implausible` with
-            `barrier_height` when the barriers' faces contradict the heights that are given. With a value:
-            `routes_disagree` when the diameter changes along the line by more than U, as of a bar with one end lifted.
+            `barrier_height` when the barriers' faces contradict the heights that are given; `edge_not_found` with
+            `low_contrast` where a bar is no lighter than the empty line. With a value: `routes_disagree` when the
+            diameter changes along the line by more than U, as of a bar with one end lifted.
 
         Raises
         ------
@@ -151,7 +153,7 @@ class ConveyorGauge:
         light = self.barriers.lens.straightened(self._light(picture))
         spans = bar_spans(light, self._without_bar)
         if isinstance(spans, Reason):
-            return _nothing(spans)
+            return _nothing(_hidden_bar(light, self._without_bar) if spans is Reason.NO_BAR else spans)
         left, right = (_limb(light, spans, side) for side in (0, 1))
         if left is None or right is None or _touches(left, right, self.barriers):
             return _nothing(Reason.EDGE_NOT_FOUND)
@@ -330,6 +332,17 @@ def bar_spans(light: Plane, empty: Plane) -> NDArray[np.int64] | Reason:
     spans = np.where(there[:, None], np.column_stack([first, last]), -1)
     spans[:END_ROWS] = spans[-END_ROWS:] = -1
     return spans if np.count_nonzero(spans[:, 0] >= 0) >= COVERED_SHARE * rows else Reason.BAR_TOO_SHORT
+
+
+def _hidden_bar(light: Plane, empty: Plane) -> Reason:
+    """`no_bar`, unless a bar shows as dark on light, or against the empty line at the gain of this picture."""
+    if not isinstance(bar_spans(empty, light), Reason):
+        return Reason.EDGE_NOT_FOUND | Reason.LOW_CONTRAST
+    lit = empty > HOT_FLOOR_LIGHT
+    gain = float(np.median(light[lit] / empty[lit])) if lit.any() else 1.0
+    if gain < 1 - LEAST_GAIN_CHANGE and not isinstance(bar_spans(light, gain * empty), Reason):
+        return Reason.EDGE_NOT_FOUND | Reason.LOW_CONTRAST
+    return Reason.NO_BAR
 
 
 def _without_bar(barriers: Barriers) -> Plane:

@@ -6,7 +6,7 @@ limb at smaller x and s = +1 on the other (docs/methods/diameter.md). No plane o
 silhouette's bias (an edge is a tangent point, not the end of a diameter) does not arise.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
@@ -28,6 +28,7 @@ PLAIN_STEPS = 3  # Gauss-Newton steps without weights
 LAG_WINDOWS = 6  # chosen: windows further apart than 120 mm share no hot air and no patch of scale
 LEAST_LEFT = 0.3  # chosen: least share of the variance that the limbs' means leave; a few long waves tell little
 LEAST_SCALE_PX = 0.02  # chosen: least scale of the biweight; a chance scatter below it would reject good points
+LEAST_INWARDS = 1.1  # chosen: a smaller factor on residuals inwards is worth less than 0.01 px
 LARGEST_CONDITION = 1e12  # of the scaled normal equations: beyond it the rays fix no cylinder
 
 
@@ -83,6 +84,8 @@ class CylinderFit:
         Robust standard deviation of the residuals.
     gain : ndarray of float64, shape (5, n)
         Change of the parameters, sign reversed, per mm of gap: (J' W J)^-1 J' W.
+    inwards_mm : float
+        How far the diameter would shrink if residuals inwards counted as those outwards do.
     """
 
     parameters: Array
@@ -92,6 +95,7 @@ class CylinderFit:
     weight: Array
     scale_px: float
     gain: Array
+    inwards_mm: float = 0.0
 
     @property
     def diameter_mm(self) -> float:
@@ -206,11 +210,20 @@ def fit_cylinder(rays: EdgeRays, start: Array, rounds: int = 80) -> CylinderFit 
             gain = normal.solved(normal.weighted.T)
             influence = gain * gap * (weight.mean() / _slope(ratio).mean())
             covariance = _clustered_covariance(influence, rays)
-            return CylinderFit(parameters, covariance, residual_px, pixel_per_mm, weight, scale_px, gain)
+            inwards_mm = 2 * (parameters[4] - _alike_radius_mm(rays, parameters, rounds))
+            return CylinderFit(parameters, covariance, residual_px, pixel_per_mm, weight, scale_px, gain, inwards_mm)
         step = -normal.solved(normal.weighted.T @ gap)
         parameters = parameters + step
         converged = step_number >= NARROWING_ROUNDS and bool(np.all(np.abs(step) < CONVERGED_STEP))
     return None
+
+
+def _alike_radius_mm(rays: EdgeRays, parameters: Array, rounds: int) -> float:
+    """Radius of a fit that weights residuals inwards as it does those outwards."""
+    if np.all(rays.inwards < LEAST_INWARDS):
+        return float(parameters[4])
+    fit = fit_cylinder(replace(rays, inwards=np.ones_like(rays.inwards)), parameters, rounds)
+    return float(parameters[4]) if fit is None else float(fit.parameters[4])
 
 
 def nearest_cylinder(rays: EdgeRays, start: Array) -> Array:

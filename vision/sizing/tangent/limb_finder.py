@@ -207,9 +207,7 @@ class LimbFinder:
             return self._nothing(side, len(y_mm))
         place, step, uneven_share = fitted_edges(profile, REFINE_OFFSETS_PX, crossings, even, blur_px)
         bright = crossings.dark + step
-        inwards_px, u_inwards_px = compression_shift_px(
-            coding, self._decoder.response, (crossings.dark, bright), blur_px
-        )
+        inwards_px, u_inwards_px = compression_shift_px(coding, plane, (crossings.dark, bright), blur_px)
         place = place - inwards_px
         shading_px = float(np.nanmedian(crossings.place_px - shaded.unshaded_px))
         u_shading_px = U_SHADING * abs(shading_px)

@@ -5,13 +5,12 @@ from dataclasses import astuple, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
 from vision.calibration.bundle_adjustment import N_CAMERA, project_with_slopes
 from vision.calibration.camera_turn import NO_TURN, CameraTurn
 from vision.calibration.rig import Rig
 from vision.geometry.camera import CAMERA_PARAMETERS
-from vision.light import Response, half_level_share
+from vision.light import half_level_doubts_px
 from vision.sizing.tangent.cylinder_fit import CylinderFit, touched_points
 from vision.sizing.tangent.edge_points import EdgePoints
 from vision.sizing.tangent.limb_finder import LimbPoints
@@ -99,10 +98,13 @@ def uncertainty_budget(
         `edge`: scatter of the points, correlation within windows counted. `calibration`: the rig's covariance,
         propagated through the fit. `board`: the board's scale. `light`: the camera's response and overexposed
         points. `shape`: what the views cannot see of a section that is not round. `model`: limbs that lie off as a
-        whole, and `motion`: a bar that moved between both exposures.
+        whole, what the greater doubt in residuals inwards is worth, as a rectangular distribution, and `motion`: a bar
+        that moved between both exposures.
     """
     reach_mm = np.array([_reach_mm(fit, points, limb) for limb in range(len(limbs))])
-    shift_px = np.array([_response_shift_px(one, rig.response) for one in limbs])  # one column for each doubt
+    shift_px = np.array(
+        [half_level_doubts_px(rig.response, (one.dark, one.bright), one.blur_px) for one in limbs]
+    )  # one column for each doubt
     compression_px = np.array([one.u_compression_px for one in limbs])
     clipped_px = np.array([max(CLIPPED_SHIFT_PX * one.clipped_share, one.is_guess * GUESS_SHIFT_PX) for one in limbs])
     off_px = np.array([_off_px(fit, points, index, limb) for index, limb in enumerate(limbs)])
@@ -114,7 +116,7 @@ def uncertainty_budget(
         # response and overexposure move all limbs the same way, a limb's own fault only that limb
         light_mm=float(np.linalg.norm([*(reach_mm @ shift_px), reach_mm @ clipped_px, reach_mm @ compression_px])),
         shape_mm=section.unseen_share * _ovality_mm(fit, section, known) / (2 * math.sqrt(3)),
-        model_mm=float(np.linalg.norm([*(reach_mm * off_px), motion_mm])),
+        model_mm=float(np.linalg.norm([*(reach_mm * off_px), fit.inwards_mm / math.sqrt(3), motion_mm])),
         motion_mm=motion_mm,
     )
 
@@ -123,13 +125,6 @@ def _reach_mm(fit: CylinderFit, points: EdgePoints, limb: int) -> float:
     """Growth of the diameter when a whole limb moves outwards by one pixel."""
     mine = points.limb == limb
     return float(-2 * np.sum(fit.gain[4, mine] / fit.pixel_per_mm[mine]))
-
-
-def _response_shift_px(limb: LimbPoints, response: Response) -> Array:
-    """How far half level moves for each doubt of the camera's response, shape (doubts,)."""
-    dark, bright = np.median(limb.dark), np.median(limb.bright)
-    share = half_level_share(response, np.array([max(dark, 0.0)]), np.array([bright]))[0]
-    return limb.blur_px * special.ndtri(np.clip(0.5 + share, 0.01, 0.99))
 
 
 def _ovality_mm(fit: CylinderFit, section: SectionView, known: Circumstances) -> float:

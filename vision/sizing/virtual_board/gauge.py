@@ -294,7 +294,7 @@ class VirtualBoardGauge:
         Sigma_mm = weighted_deviation(ratio, sigma_mm)
         kept = trusted_windows(Sigma_mm)
         reasons |= more | self._reasons_of_windows(l_mm, kept)
-        value = {} if reasons.forbids_value else self._value(l_mm[kept], Sigma_mm[kept])
+        value = {} if reasons.forbids_value else self._value(l_mm[kept], Sigma_mm[kept], pair.edges)
         if value and not self._has_uncertainty:
             reasons |= Reason.UNCERTAINTY_UNKNOWN
         return VirtualBoardReading(
@@ -310,13 +310,14 @@ class VirtualBoardGauge:
             reasons=reasons,
         )
 
-    def _value(self, l_mm: Array, Sigma_mm: Array) -> dict[str, float]:
+    def _value(self, l_mm: Array, Sigma_mm: Array, edges: list[ViewEdges]) -> dict[str, float]:
         """Diameter and weighted deviation of the frame, eq. 3.19 and 3.18, and the parts of the uncertainty."""
         diameter_mm = float(l_mm.mean())
         value = {"diameter_mm": diameter_mm, "weighted_deviation_mm": float(np.median(Sigma_mm))}
         if self._has_uncertainty:
             value["u_edge_mm"] = float(l_mm.std() / np.sqrt(len(l_mm)))
             value["u_board_mm"] = diameter_mm * self.rig.square_relative_u
+            value["u_light_mm"] = 2 * self._step_mm * float(np.mean([view.u_light_px for view in edges]))
             value["u_model_mm"] = U_PLACE_PX * self._step_mm
         return value
 

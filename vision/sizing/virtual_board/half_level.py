@@ -1,6 +1,6 @@
 """One edge of the bar in a turned region: rows that have an edge, moved to half level in linear light."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from vision.edges.symmetric_plane import settled
 from vision.geometry.robust_constants import SIGMA_PER_MAD
 from vision.geometry.robust_line import robust_line
 from vision.geometry.turned_region import Region
+from vision.light import half_level_doubts_px
 from vision.light_planes import Decoder, LightPlane
 from vision.sizing.limits import CLIPPED_FEW_SHARE, FIRST_BLUR_PX
 
@@ -46,6 +47,8 @@ class LimbRows:
         Share of overexposed rows, which were left out.
     contrast : float
         Light of the bar over that of its background; infinite without half level.
+    u_light_px : float
+        Standard uncertainty of the edge's place from the response and from compression.
     """
 
     column: Array
@@ -53,6 +56,7 @@ class LimbRows:
     line: Array | None
     clipped_share: float = 0.0
     contrast: float = np.inf
+    u_light_px: float = 0.0
 
     @classmethod
     def nothing(cls, area: Array, clipped_share: float = 0.0) -> "LimbRows":
@@ -165,11 +169,17 @@ class HalfLevel:
         at = np.flatnonzero(np.isfinite(edges.near(better)))
         profile, middle = self._profiles(plane, better, at)
         crossings = _shaded_crossings(profile, at, blur_px)
-        inwards_px, _ = compression_shift_px(
-            self.region.raw.coding, self.decoder.response, (crossings.dark, crossings.bright), blur_px
-        )
+        levels = crossings.dark, crossings.bright
+        inwards_px, u_inwards_px = compression_shift_px(self.region.raw.coding, plane, levels, blur_px)
         middle += self.side * inwards_px
-        return self._limb(crossings, at, middle, edges, plane.clipped_light)
+        limb = self._limb(crossings, at, middle, edges, plane.clipped_light)
+        if limb.line is None:
+            return limb
+        found = np.isfinite(crossings.place_px)
+        doubts_px = half_level_doubts_px(
+            self.decoder.response, (crossings.dark[found], crossings.bright[found]), blur_px
+        )
+        return replace(limb, u_light_px=float(np.linalg.norm([*doubts_px, u_inwards_px])))
 
     def _limb(self, crossings: Crossings, at: Index, middle: Array, edges: ThinEdges, clipped_light: float) -> LimbRows:
         there = _steps(crossings)

@@ -56,10 +56,11 @@ class VirtualBoardReading:
     ----------
     diameter_mm : float
         Mean over the kept windows, eq. 3.19; NaN with any reason that forbids a value.
-    u_edge_mm, u_board_mm, u_model_mm : float
-        Parts of its standard uncertainty (k = 1): scatter of the kept windows, scale of the board, edges that lie off
-        as a whole, and for a fused picture its distance from both views. NaN, with the reason `uncertainty_unknown`,
-        unless everything is corrected and all parameters are the served ones: the errors of other ways are not known.
+    u_edge_mm, u_board_mm, u_light_mm, u_model_mm : float
+        Parts of its standard uncertainty (k = 1): scatter of the kept windows, scale of the board, response and
+        compression, edges that lie off as a whole, and for a fused picture its distance from both views. NaN, with the
+        reason `uncertainty_unknown`, unless everything is corrected and all parameters are the served ones: the errors
+        of other ways are not known.
     weighted_deviation_mm : float
         Median over the kept windows of Sigma, eq. 3.18.
     alignment_quality : float
@@ -79,6 +80,7 @@ class VirtualBoardReading:
     diameter_mm: float = math.nan
     u_edge_mm: float = math.nan
     u_board_mm: float = math.nan
+    u_light_mm: float = math.nan
     u_model_mm: float = math.nan
     weighted_deviation_mm: float = math.nan
     alignment_quality: float = math.nan
@@ -98,8 +100,8 @@ class VirtualBoardReading:
 
     @property
     def expanded_uncertainty_mm(self) -> float:
-        """U = 2 u, u the root sum of squares of the three parts; the calibration's covariance is not among them."""
-        return 2 * math.hypot(self.u_edge_mm, self.u_board_mm, self.u_model_mm)
+        """U = 2 u, u the root sum of squares of the four parts; the calibration's covariance is not among them."""
+        return 2 * math.hypot(self.u_edge_mm, self.u_board_mm, self.u_light_mm, self.u_model_mm)
 
     def size_reading(self) -> SizeReading:
         """Return it as a reading whose diameter is route V's own."""
@@ -115,6 +117,7 @@ class VirtualBoardReading:
             plane_height_mm=self.plane_height_mm,
             u_edge_mm=self.u_edge_mm,
             u_board_mm=self.u_board_mm,
+            u_light_mm=self.u_light_mm,
             u_model_mm=self.u_model_mm,
             method="virtual-board",
         )

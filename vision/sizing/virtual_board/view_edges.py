@@ -48,6 +48,8 @@ class ViewEdges:
         Smallest ratio of the bar's light to that of the background; infinite without half level.
     hot_share : float
         Share of the region's rows in which the bar glows.
+    u_light_px : float
+        Standard uncertainty of both edges' places from the response and from compression, mean of both.
     """
 
     sides: tuple[WindowPoints, WindowPoints]
@@ -56,6 +58,7 @@ class ViewEdges:
     clipped_share: float = 0.0
     contrast: float = np.inf
     hot_share: float = 1.0
+    u_light_px: float = 0.0
 
 
 def edges_by_windows(region: Region, parameters: Parameters, detector: Edges) -> ViewEdges:
@@ -145,6 +148,7 @@ def edges_by_lines(
         max(limb.clipped_share for limb in limbs),
         min(limb.contrast for limb in limbs),
         float(hot.mean()),
+        float(np.mean([limb.u_light_px for limb in limbs])),
     )
 
 

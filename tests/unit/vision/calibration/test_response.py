@@ -78,7 +78,7 @@ def test_a_told_response_is_kept_unless_the_pictures_contradict_it(told):
         assert 'the response "linear", which the board pictures contradict' in chosen.warning
         assert "px" in chosen.warning
     else:  # sRGB and 2.2 are within 0.04 px of each other
-        assert chosen == (told, "")
+        assert chosen == (told, "", "")
 
 
 def test_without_any_knowledge_the_doubt_is_large():
@@ -86,7 +86,7 @@ def test_without_any_knowledge_the_doubt_is_large():
     assert unknown.response is UNKNOWN_RESPONSE
     assert "tells no response" in unknown.warning
     assert edge_shift_px(UNKNOWN_RESPONSE, UNKNOWN_RESPONSE)[1] > 0.05
-    assert chosen_response("srgb", None) == ("srgb", "")
+    assert chosen_response("srgb", None) == ("srgb", "", "")
 
 
 def test_the_doubt_of_half_level_follows_from_the_covariance():

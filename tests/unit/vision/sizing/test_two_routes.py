@@ -32,7 +32,12 @@ def pair():
 
 def virtual_board(diameter_mm, expanded_mm=0.16):
     return VirtualBoardReading(
-        diameter_mm=diameter_mm, u_edge_mm=expanded_mm / 2, u_board_mm=0.0, u_model_mm=0.0, plane_height_mm=90.0
+        diameter_mm=diameter_mm,
+        u_edge_mm=expanded_mm / 2,
+        u_board_mm=0.0,
+        u_light_mm=0.0,
+        u_model_mm=0.0,
+        plane_height_mm=90.0,
     )
 
 

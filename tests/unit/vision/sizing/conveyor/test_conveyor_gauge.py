@@ -356,3 +356,23 @@ def test_measure_refuses_conveyor_options_that_cannot_be_in_one_sentence(recordi
     assert named in error
     assert error.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_black_hot_camera_is_not_an_empty_line():
+    line = line_of()
+    pictures = [255 - picture for picture in line.pictures(2, 1)]
+    reading = ConveyorGauge(pictures[:2], reference_of(line)).measure(pictures[2])
+    assert reading.reasons.names == ["edge_not_found", "low_contrast"]
+
+
+@pytest.mark.parametrize(("dimmed_by", "reasons"), [(0.4, []), (0.2, ["edge_not_found", "low_contrast"])])
+def test_a_camera_that_dims_the_line_for_the_bar_is_not_an_empty_line(dimmed_by, reasons):
+    line = line_of()
+    *empty, shown = (picture.astype(np.float64) for picture in line.pictures(2, 1))
+    gain = 255 / max(picture.max() for picture in empty)
+    empty = [np.rint(gain * picture).astype(np.uint8) for picture in empty]  # stretched to full scale
+    reading = ConveyorGauge(empty, reference_of(line)).measure(np.rint(dimmed_by * shown).astype(np.uint8))
+    assert reading.reasons.names == reasons
+    if not reasons:  # brighter than the empty line all the same
+        assert abs(reading.diameter_mm - BAR.diameter_mm) <= reading.expanded_uncertainty_mm
+    assert ConveyorGauge(empty, reference_of(line)).measure(empty[0]).reasons.names == ["no_bar"]

@@ -1,0 +1,60 @@
+"""What one camera can check of itself: the barriers' faces against the heights, and the bar's width along the line."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from appliance.simulation.foreign_thermal_line import random_foreign_thermal_line
+from appliance.simulation.thermal_line import random_thermal_line
+from vision.reasons import Reason
+from vision.sizing.conveyor.beside_rollers import rollers_show
+from vision.sizing.conveyor.camera_view import ConveyorReference
+from vision.sizing.conveyor.gauge import ConveyorGauge
+
+SEED = 3  # a line whose barriers' faces show wider than the lens blurs
+
+
+def heights(line, factor=1.0):
+    return ConveyorReference(line.spacing_mm, factor * line.height_mm, float(line.camera.centre_mm[2]))
+
+
+@pytest.mark.parametrize(("factor", "known"), [(1.0, True), (1.3, False), (1.8, False)])
+def test_barriers_that_are_lower_than_was_said_give_no_value_or_one_that_says_so(factor, known):
+    line = random_thermal_line(SEED)
+    *empty, shown = line.pictures(2, 1)
+    reading = ConveyorGauge(empty, heights(line, factor)).measure(shown)
+    assert not reading.valid or abs(reading.diameter_mm - line.bar.diameter_mm) <= reading.expanded_uncertainty_mm
+    assert (reading.valid and reading.expanded_uncertainty_mm < 0.5) is known
+
+
+@pytest.mark.parametrize("seed", [902, 906])
+def test_barriers_that_hang_over_a_plain_floor_are_not_measured_as_walls(seed):
+    line = random_foreign_thermal_line(seed)
+    line = replace(line, roller_light=line.floor_light, lower_mm=0.4 * line.height_mm)
+    *empty, shown = line.pictures(2, 1)
+    reading = ConveyorGauge(empty, heights(line), response_exponent=line.exponent).measure(shown)
+    error_mm = abs(reading.diameter_mm - line.bar.diameter_mm)
+    assert not reading.valid or error_mm <= max(2 * reading.expanded_uncertainty_mm, 1.0)
+
+
+def test_a_bar_that_is_wider_at_one_end_of_the_picture_is_doubted():
+    line = random_thermal_line(SEED)
+    thin, thick = (replace(line, bar=replace(line.bar, diameter_mm=one)) for one in (160.0, 168.0))
+    *empty, shown = thin.pictures(2, 1)
+    mixed = np.concatenate([shown[:240], thick.pictures(2, 1)[2][240:]])
+    gauge = ConveyorGauge(empty, heights(line))
+    assert not gauge.measure(shown).reasons
+    assert gauge.measure(mixed).reasons == Reason.ROUTES_DISAGREE
+
+
+@pytest.mark.parametrize("first", [0, 25, 60])
+def test_rollers_are_seen_at_any_distance_from_the_barrier_and_a_bar_is_none(first):
+    rows = np.arange(400)
+    beside = np.full((400, 81), 0.1)
+    assert not rollers_show(beside, 0.4)
+    beside[:, first : first + 21] += 0.04 * (rows % 60 < 30)[:, None]
+    assert rollers_show(beside, 0.4)
+    bar = np.full((400, 81), 0.1)
+    bar[:, :20] = 0.6 + 0.1 * np.sin(rows / 20)[:, None]
+    assert not rollers_show(bar, 0.4)
