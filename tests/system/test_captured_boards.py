@@ -16,7 +16,7 @@ from appliance.cameras.recording.pairs import Recording
 from vision.calibration.rig import Rig
 
 POSES = 8
-HELD_S = 1.0
+HELD_S = 1.5
 LAST = 6  # pose that is waited for
 RATE_HZ = 10
 

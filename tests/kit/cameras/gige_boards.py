@@ -12,7 +12,7 @@ from pathlib import Path
 from running import HOTGAUGE
 from shown_boards import HEIGHT_WORDS, capture_poses
 
-LAST, HELD_S = 6, 1.2  # of cameras that run freely at 10 Hz, a pair now and then shows two poses and is refused
+LAST, HELD_S = 6, 1.5  # of cameras that run freely at 10 Hz, a pair now and then shows two poses and is refused
 CAMERAS = {"GV01": ("127.0.0.1", "left"), "GV02": ("127.0.0.2", "right")}
 CONFIG = """
 [sizing.camera]
