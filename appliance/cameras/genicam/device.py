@@ -25,6 +25,7 @@ GLib = cast("Any", importlib.import_module("gi.repository.GLib"))
 
 BUFFERS = 8
 LAST_16_BIT_ID = 65535  # of a GigE Vision 1 stream; 1 follows (AIA GigE Vision 1.2, block id)
+FIRST_TIME_S, FIRST_WAIT_S = 10.0, 0.2  # from opening to the first picture whose moment is known
 INCOMPLETE_TIME_S = 3.0  # of pictures that all came incomplete
 TEMPERATURE_PERIOD_S = 5.0
 EXPOSURE_CHUNK = "ExposureTime"
@@ -153,6 +154,13 @@ class Device:
             return self._exposure(buffer, asked_s)
         finally:
             self._stream.push_buffer(buffer)
+
+    def wait_for_first(self) -> None:
+        """Wait until a picture has come whose moment is known; raises `CameraError` when none does."""
+        until_s = time.monotonic() + FIRST_TIME_S
+        while self.take(FIRST_WAIT_S) is None:
+            if time.monotonic() > until_s:
+                raise CameraError(f"{self._name} sends no picture within {FIRST_TIME_S:g} s; check trigger and cable")
 
     def set_exposure(self, exposure_us: float) -> None:
         """Have the next pictures exposed for another time; a camera that is gone says so by its pictures."""

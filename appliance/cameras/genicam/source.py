@@ -38,6 +38,8 @@ class GenicamSource:
                 self._devices.append(Device(serial, self._settings))
                 opened.callback(self._devices[-1].close)
             _fire(self._devices, self._settings, opened)
+            for device in self._devices:
+                device.wait_for_first()
             self._close = opened.pop_all()
         self._pairing = Pairing(self._in_step_s, same_sequence=False)
         return self
@@ -96,6 +98,7 @@ class GenicamPictureSource:
             self._device = Device(self._settings.serial, self._settings)
             opened.callback(self._device.close)
             _fire([self._device], self._settings, opened)
+            self._device.wait_for_first()
             self._close = opened.pop_all()
         self._newest = NewestPicture(self._device.take, self._device.temperature_c)
         return self
