@@ -81,7 +81,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except HotgaugeError as error:
         if verbose:
             traceback.print_exc()
-        print(f"hotgauge: {error}", file=sys.stderr)
+        _say(str(error))
         return EXIT_TROUBLE
     except KeyboardInterrupt:
         return EXIT_INTERRUPTED
@@ -90,14 +90,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 0
     except OSError as error:
         if error.filename is not None:
-            print(f"hotgauge: {error.filename}: {error.strerror}; check the path and its permissions", file=sys.stderr)
+            _say(f"{error.filename}: {error.strerror}; check the path and its permissions")
             return EXIT_TROUBLE
         _give_up_output()
-        print(
-            f"hotgauge: the output cannot be written: {error.strerror}; make room, or write elsewhere", file=sys.stderr
-        )
+        _say(f"the output cannot be written: {error.strerror}; make room, or write elsewhere")
         return EXIT_TROUBLE
     return exit_code or 0
+
+
+def _say(sentence: str) -> None:
+    """Print one line, even if a file's name has several."""
+    print("hotgauge: " + sentence.replace("\n", "\\n").replace("\r", "\\r"), file=sys.stderr)
 
 
 def _give_up_output() -> None:

@@ -7,6 +7,7 @@ from appliance.comparison.ends import compared_ends, end_lines
 from appliance.comparison.files import ComparisonError, EndTruth, read_rows, read_truth
 from appliance.comparison.plots import plot_ends, plot_sizes
 from appliance.comparison.sizes import Sizes, compared, size_lines
+from appliance.ingot.orient_recording import ingots_file
 
 TruthT = TypeVar("TruthT")
 
@@ -17,7 +18,7 @@ def compare(readings: Path, truth: Path, plot: Path | None = None) -> list[str]:
     Parameters
     ----------
     readings : Path
-        What `measure` or `orient` wrote.
+        What `measure` or `orient` wrote; of CSV, the file of ingots beside it belongs to it.
     truth : Path
         See `read_truth`.
     plot : Path or None
@@ -34,6 +35,8 @@ def compare(readings: Path, truth: Path, plot: Path | None = None) -> list[str]:
     """
     rows, known = read_rows(readings), read_truth(truth)
     of_ends = any("ssim_top" in row for row in rows)
+    if of_ends and readings.suffix.lower() == ".csv" and ingots_file(readings).is_file():
+        rows += read_rows(ingots_file(readings), least=0)
     if not any(row.get("frame") in known for row in rows):
         raise ComparisonError(f"{truth}: shares no frame with {readings}; give the truth of the same recording")
     ends = {frame: one for frame, one in known.items() if isinstance(one, EndTruth)}

@@ -39,10 +39,16 @@ SizeTruth = dict[int, float | None]  # frame to diameter, mm; None: no bar that 
 Rows = list[dict[str, Any]]
 
 
-def read_rows(path: Path) -> Rows:
+def read_rows(path: Path, *, least: int = 1) -> Rows:
     """Rows of a file that `measure` or `orient` wrote: CSV if its suffix is `.csv`, else JSON lines.
 
     Fields of CSV become numbers, bool, or None where they are empty; reasons stay text.
+
+    Parameters
+    ----------
+    path : Path
+    least : int
+        Rows that it must hold.
 
     Raises
     ------
@@ -63,7 +69,7 @@ def read_rows(path: Path) -> Rows:
         raise ComparisonError(
             f"{path}: is neither CSV nor JSON lines ({error}); give what measure or orient wrote"
         ) from error
-    if not rows or not all(isinstance(row, dict) for row in cast("list[object]", rows)):
+    if len(rows) < least or not all(isinstance(row, dict) for row in cast("list[object]", rows)):
         raise ComparisonError(f"{path}: holds no readings; give what hotgauge measure or hotgauge orient wrote")
     return rows
 

@@ -57,8 +57,8 @@ COMMANDS = (
 )
 """Right command lines; those that serve, train, install or draw for minutes are not among them."""
 COUNTS = {
-    "rig": 60, "board": 20, "roi": 150, "settings": 300, "gauge study": 200, "stamps": 40, "coding": 40, "png": 60,
-    "jpeg": 60, "video": 40, "reference": 150, "model": 30, "set points": 200, "words": 150,
+    "rig": 120, "board": 40, "roi": 300, "settings": 600, "gauge study": 400, "stamps": 80, "coding": 80, "png": 120,
+    "jpeg": 120, "video": 80, "reference": 300, "model": 60, "set points": 400, "words": 300,
 }  # fmt: skip
 
 

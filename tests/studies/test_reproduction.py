@@ -1,23 +1,29 @@
-"""A case of the committed report, drawn anew every time, gives the results that were committed; times excepted."""
+"""A case of the committed report, drawn anew every time, gives as printed what was committed."""
 
 import json
 import random
 from pathlib import Path
 
 import pytest
-from test_samples import alike
 
 from appliance.reproduction.run import experiments
+from studies.test_samples import alike
 
 RESULTS = Path(__file__).parents[2] / "docs" / "reproduction" / "results"
-TIMES = {"time_ms"}
 EXPERIMENTS = {one.name: one for one in experiments(None)}
 
 
-def without_times(value):
-    if isinstance(value, dict):
-        return {key: without_times(one) for key, one in value.items() if key not in TIMES}
-    return [without_times(one) for one in value] if isinstance(value, list) else value
+def printed(name, result):
+    """What the dissertation's own ways gave: what is served has studies of its own, and times are the computer's."""
+    if name == "thermal":
+        return {number: result[number] for number in ("1", "2", "3", "4")}
+    if name == "one_camera":
+        return result["as printed"]
+    if name == "boards":
+        return {way: result["ways"][way] for way in ("as printed", "+ turned rows")}
+    if name == "fusion":
+        return result["metrics"]
+    return [end[:3] for end in result["ends"]]
 
 
 def stored(name):
@@ -32,5 +38,5 @@ def test_the_committed_results_are_of_all_quick_cases(name):
 def test_a_case_gives_what_was_committed():
     name = random.choice([name for name in EXPERIMENTS if name != "registration"])  # RANSAC's draws are its library's
     row = random.choice(stored(name))
-    again = without_times(json.loads(json.dumps(EXPERIMENTS[name].run(row["case"]))))
-    assert again == alike(without_times(row["result"])), (name, row["case"])
+    again = json.loads(json.dumps(EXPERIMENTS[name].run(row["case"])))
+    assert printed(name, again) == alike(printed(name, row["result"])), (name, row["case"])

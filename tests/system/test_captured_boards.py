@@ -15,9 +15,7 @@ from shown_boards import HEIGHT_WORDS, capture_poses, write_boards
 from appliance.cameras.recording.pairs import Recording
 from vision.calibration.rig import Rig
 
-POSES = 8
-HELD_S = 1.0
-LAST = 6  # pose that is waited for
+POSES = 7
 RATE_HZ = 10
 
 
@@ -61,8 +59,8 @@ def test_boards_before_rtsp_cameras_become_a_rig_folder_that_calibrates_them(boa
     folder, true_rig = boards
     options = {"size": "800x600", "rate": RATE_HZ}
     with (
-        rtsp_camera(show=(folder / "boards" / "left", HELD_S), **options) as left,
-        rtsp_camera(show=(folder / "boards" / "right", HELD_S), **options) as right,
+        rtsp_camera(show=(folder / "00" / "left", 1), **options) as left,
+        rtsp_camera(show=(folder / "00" / "right", 1), **options) as right,
     ):
         config = tmp_path / "streams.toml"
         config.write_text(
@@ -70,12 +68,16 @@ def test_boards_before_rtsp_cameras_become_a_rig_folder_that_calibrates_them(boa
             "[sizing.liveness]\napart_max_us = 50000\n"
         )
         rig_folder = tmp_path / "rig"
-        said = capture_poses(rig_folder, config, LAST)
+
+        def show(pose):
+            for camera, side in ((left, "left"), (right, "right")):
+                camera.tell(f"show {folder / pose / side} 1")
+
+        said = capture_poses(rig_folder, config, POSES, show)
         assert "stopped" in said
         assert f"next: hotgauge capture registration --output {rig_folder}" in said
         for height in ("low", "high"):
-            for camera, side in ((left, "left"), (right, "right")):
-                camera.tell(f"show {folder / height / side} 1")
+            show(height)
             words = ["registration", "--output", rig_folder, *HEIGHT_WORDS, "--height", height]
             assert f"{height} board: stored" in capture(*words, config=config)
         recorded = capture("recording", "--output", tmp_path / "recording", "--seconds", 1, config=config)

@@ -1,5 +1,6 @@
 """Pairs of pictures of the board as they come from two cameras, judged whether they are worth keeping."""
 
+import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -10,6 +11,9 @@ from vision.calibration.board_judgement import STILL_PX, BoardPicture, judge_boa
 from vision.calibration.checkerboard import Board
 from vision.calibration.rig import SIDES
 from vision.sent_picture import SentPicture
+
+# chosen: longer than two streams are likely to be apart, so that the two pictures of a pair do not show two poses
+STILL_TIME_S = 0.5
 
 
 class Judged(NamedTuple):
@@ -70,12 +74,17 @@ class JudgedPairs:
             The cameras give no pictures.
         """
         before: Judged | None = None
+        still_since_s = math.inf
         with self._source as source:
             for pair in believed(source, self._settings, within_s):
                 if not isinstance(pair, FramePair):
                     raise TypeError("a source of pairs is needed")
                 judged = judge_pair(pair.pictures, self.board)
-                yield judged if judged.trouble else judged._replace(trouble=_motion(judged, before))
+                motion = _motion(judged, before)
+                still_since_s = math.inf if motion else min(still_since_s, pair.exposed_monotonic_s)
+                if not motion and pair.exposed_monotonic_s - still_since_s < STILL_TIME_S:
+                    motion = "hold the board still"
+                yield judged if judged.trouble else judged._replace(trouble=motion)
                 before = judged
 
 

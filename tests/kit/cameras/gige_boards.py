@@ -12,7 +12,7 @@ from pathlib import Path
 from running import HOTGAUGE
 from shown_boards import HEIGHT_WORDS, capture_poses
 
-LAST, HELD_S = 6, 1.2  # of cameras that run freely at 10 Hz, a pair now and then shows two poses and is refused
+POSES = 7
 CAMERAS = {"GV01": ("127.0.0.1", "left"), "GV02": ("127.0.0.2", "right")}
 CONFIG = """
 [sizing.camera]
@@ -35,27 +35,32 @@ def gige_camera(serial, folder, held_s, log=os.devnull):
     with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         try:
             assert process.stdout.readline() == "ready\n"
-            yield
+            yield process.stdin
         finally:
             process.kill()
 
 
-def capture(boards, *words):
-    with gige_camera("GV01", boards, HELD_S), gige_camera("GV02", boards, HELD_S):
-        subprocess.run([HOTGAUGE, "capture", *map(str, words)], check=True, timeout=60)
+def capture(*words):
+    subprocess.run([HOTGAUGE, "capture", *map(str, words)], check=True, timeout=60)
 
 
 def main():
     boards, output = map(Path, sys.argv[1:])
     config = output / "gige.toml"
     config.write_text(CONFIG)
-    told = ["--config", config]
-    rig = ["--output", output / "rig"]
-    with gige_camera("GV01", boards / "boards", HELD_S), gige_camera("GV02", boards / "boards", HELD_S):
-        print(capture_poses(output / "rig", config, LAST), flush=True)
-    for height in ("low", "high"):
-        capture(boards / height, "registration", *rig, *HEIGHT_WORDS, "--height", height, *told)
-    capture(boards / "boards", "recording", "--output", output / "recording", "--seconds", 1, *told)
+    with gige_camera("GV01", boards / "00", 1) as left, gige_camera("GV02", boards / "00", 1) as right:
+
+        def show(pose):
+            for orders, side in ((left, "left"), (right, "right")):
+                orders.write(f"show {boards / pose / side} 1\n")
+                orders.flush()
+
+        print(capture_poses(output / "rig", config, POSES, show), flush=True)
+        for height in ("low", "high"):
+            show(height)
+            words = ["--output", output / "rig", *HEIGHT_WORDS, "--height", height, "--config", config]
+            capture("registration", *words)
+        capture("recording", "--output", output / "recording", "--seconds", 1, "--config", config)
 
 
 if __name__ == "__main__":

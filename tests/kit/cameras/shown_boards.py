@@ -19,26 +19,31 @@ HEIGHT_WORDS = ["--low-mm", str(BOARD.low_mm), "--high-mm", str(BOARD.high_mm), 
 
 
 def write_boards(folder, poses, seed=3):
-    """Folders `boards`, `low` and `high` below a folder, with `left` and `right` in each; the true rig."""
+    """Folders `00`, `01`, ..., `low` and `high` below a folder, with `left` and `right` in each; the true rig."""
     rig = default_rig()
     scene = Scene(rig, seed, Sensor())
     for place, left, right in rig_folder_pictures(scene, rig, np.random.default_rng(seed), BOARD, poses):
         name = place.partition("{side}_")[2]
-        kind = name.removesuffix(".png") if place.startswith("registration") else "boards"
+        kind = name.removesuffix(".png")
         for side, picture in (("left", left), ("right", right)):
             (folder / kind / side).mkdir(parents=True, exist_ok=True)
             cv2.imwrite(str(folder / kind / side / name), picture)
     return rig
 
 
-def capture_poses(rig_folder, config, last):
-    """Run `hotgauge capture boards` until it has stored a pose of this number, then end it by Ctrl-C; what it said."""
+def capture_poses(rig_folder, config, number, show):
+    """Run `hotgauge capture boards`, show each next pose once one is stored, and end it by Ctrl-C; what it said."""
     words = ["capture", "boards", "--output", rig_folder, *BOARD_WORDS, "--within", "120", "--config", config]
     with subprocess.Popen([HOTGAUGE, *map(str, words)], stdout=subprocess.PIPE, text=True) as process:
-        said = ""
+        said, stored = "", 0
         for line in process.stdout:
             said += line
-            if line.startswith(f"pose {last:02d}"):
+            if not line.startswith("pose "):
+                continue
+            stored += 1
+            if stored == number:
                 process.send_signal(signal.SIGINT)
+            else:
+                show(f"{stored:02d}")
         assert process.wait(20) == 0, said
     return said

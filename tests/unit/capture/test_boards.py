@@ -9,7 +9,7 @@ import pytest
 
 from appliance.cameras.recording.picture_file import read_picture
 from appliance.cameras.simulated import boards
-from appliance.capture.boards import poses
+from appliance.capture.boards import judged_pairs, poses
 from appliance.cli.main import main
 
 HELD_S = 0.1
@@ -21,6 +21,7 @@ HEIGHTS = ["--low-mm", "0", "--high-mm", "200", "--height-u-mm", "0.1"]
 def mill(tmp_path, monkeypatch):
     """Words of a settings file for what the mill's cameras see."""
     monkeypatch.setattr(boards, "HOLD_S", HELD_S)
+    monkeypatch.setattr(judged_pairs, "STILL_TIME_S", 0.0)
     monkeypatch.setattr(poses, "COVERED_LEAST", 0.1)  # fewer poses are enough: drawing takes half a second each
     monkeypatch.setattr(poses, "TILT_LEAST_DEG", 10.0)
 
@@ -91,3 +92,11 @@ def test_a_registration_board_of_unknown_height_is_not_taken(mill, tmp_path, cap
     words = ["capture", "registration", "--output", str(tmp_path / "rig"), *BOARD, "--low-mm", "0", *mill("high")]
     assert main([*words, "--height", "high"]) == 2
     assert "high_mm is not known; give --high-mm, its face above the rollers in mm" in capsys.readouterr().err
+
+
+def test_a_pose_counts_once_the_board_has_been_still_for_half_a_second(mill, tmp_path, capsys, monkeypatch):
+    """Poses that are held for two pictures, a tenth of a second: two streams may show them at different moments."""
+    monkeypatch.setattr(judged_pairs, "STILL_TIME_S", 0.5)
+    words = ["capture", "boards", "--output", str(tmp_path / "rig"), "--within", "4", *BOARD, *mill("boards")]
+    assert main(words) == 2
+    assert "0 of the 6 poses" in capsys.readouterr().err

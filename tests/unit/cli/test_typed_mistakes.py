@@ -21,6 +21,7 @@ MISTAKES = [
     ("calibrate rig/calibration --output r.json", "give the folder above it, rig"),
     ("calibrate rig --output r.json --region 5 x", "--region: no number: 'x'"),
     ("measure rec --rig other.json --output o.csv", "no usable rig file: format_version: missing"),
+    ("gauge-study a\nb", "a\\nb: No such file"),
     ("gauge-study other.json", "has no column bar; it needs the columns bar, condition, diameter_mm"),
 ]
 
@@ -37,7 +38,7 @@ def folder(tmp_path, monkeypatch):
 @pytest.mark.parametrize(("words", "helps"), MISTAKES, ids=[words for words, _ in MISTAKES])
 def test_a_mistake_is_answered_by_a_sentence_that_helps(folder, words, helps, capsys):
     try:
-        code = cli.main(words.split())
+        code = cli.main(words.split(" "))
     except SystemExit as left:
         code = left.code
     out, err = capsys.readouterr()

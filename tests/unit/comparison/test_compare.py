@@ -101,6 +101,21 @@ def test_verdicts_and_decisions_are_counted_against_the_truth():
     assert similar.mean == pytest.approx((5 * 0.8 + 0.6) / 6)
 
 
+def test_of_csv_the_file_of_ingots_beside_it_belongs_to_it(files, capsys):
+    lines = ["frame,present,label,x,y,r,state,touch,over"]
+    lines += [f"{frame},{int(one.present)},{one.label},,,,{one.state},0,0" for frame, one in truth_of_ends().items()]
+    (files / "truth.csv").write_text("\n".join(lines))
+    names = ("frame", "present", "orientation", "ssim_top", "ssim_bottom")
+    rows = [",".join(str(end(frame, "top")[name]).lower() for name in names) for frame in range(3, 9)]
+    (files / "ends.csv").write_text("\n".join([",".join(names), *rows]))
+    (files / "ends-ingots.csv").write_text("ingot,orientation,first_frame,decided_frame,confidence\n1,top,3,6,99.9\n")
+    assert main(["compare", str(files / "ends.csv"), str(files / "truth.csv")]) == 0
+    assert "ingots          1 of 2 right, 1 undecided" in capsys.readouterr().out
+    (files / "ends-ingots.csv").write_text("ingot,orientation,first_frame,decided_frame,confidence\n")
+    assert main(["compare", str(files / "ends.csv"), str(files / "truth.csv")]) == 0
+    assert "ingots          0 of 2 right, 2 undecided" in capsys.readouterr().out
+
+
 def test_plots_of_both_kinds_are_drawn(files, capsys):
     assert main(["compare", str(files / "readings.jsonl"), str(files), "--plot", str(files / "sizes.png")]) == 0
     (files / "ends.jsonl").write_text("\n".join(json.dumps(end(frame, "top")) for frame in range(3, 9)))

@@ -9,8 +9,8 @@ from vision.edges.subpixel import Crossings
 Array = NDArray[np.float64]
 
 BESIDE_OFFSETS_PX = np.arange(-43.0, -2.5, 0.5)  # on the conveyor, clear of the barrier's blur
-STRIP_SAMPLES = 20  # chosen: 10 px; the first strip may be the gap beside the rollers' ends
-DARK_SHARE = 0.5  # chosen: a strip whose light beside the barrier rises by half the barrier's step shows a bar
+STRIP_SAMPLES = 21  # chosen: 10 px; the strip beside the barrier may be the gap beside the rollers' ends
+DARK_SHARE = 0.5  # chosen: a farther strip that is lighter than the darkest by half the barrier's step shows a bar
 CHANGED_SHARE = 0.03  # chosen: of the barrier's step, by which light beside it changes along the line over rollers
 SMOOTHED_ROWS = 9  # chosen: rows over which levels are averaged, so that noise moves no minimum
 SMOOTHED_SAMPLES = 5  # chosen: and samples, 1.25 px
@@ -36,9 +36,10 @@ def rollers_show(beside: Array, step: float) -> bool:
     smooth = ndimage.uniform_filter1d(beside, SMOOTHED_ROWS, axis=0)
     place = np.linspace(-1, 1, len(smooth))
     darkest = float(np.median(smooth, axis=0).min())
-    for first in range(0, beside.shape[1] - STRIP_SAMPLES + 1, STRIP_SAMPLES):
-        strip = smooth[:, first : first + STRIP_SAMPLES]
-        if float(np.median(strip, axis=0).max()) - darkest > DARK_SHARE * step:
+    for last in range(smooth.shape[1], STRIP_SAMPLES - 1, -STRIP_SAMPLES + 1):
+        strip = smooth[:, last - STRIP_SAMPLES : last]
+        nearest = last == smooth.shape[1]
+        if not nearest and float(np.median(strip, axis=0).max()) - darkest > DARK_SHARE * step:
             continue
         along = strip.mean(axis=1)
         along = along - np.polyval(np.polyfit(place, along, 1), place)

@@ -1,37 +1,40 @@
-"""References that learn, over 50 simulated weeks: lamps and focus drift, and the camera is exchanged once."""
+"""References that learn, over 50 weeks: focus, exposure and a lamp drift, and the camera is exchanged once.
+
+As commissioned (none), learned from ingots whose pictures agree (agreement), from an operator's word (operator), and
+from an operator who is wrong once in 20 times (operator_5_percent_wrong).
+"""
 
 import cv2
 import numpy as np
+import pytest
 
 from appliance.simulation.ingots.cast_faces import cast_face
 from appliance.simulation.ingots.faces import LABELS, TYPICAL, face
-from appliance.simulation.ingots.foreign_faces import foreign_face
 from appliance.training.rendered_ends import random_camera, rendered_end
 from vision.ingot.classifiers.classifier import Face
 from vision.ingot.classifiers.similarity import similarity
 from vision.ingot.classifiers.table import CLASSIFIERS
 from vision.ingot.reference_learner import ReferenceLearner
 
-TEXT = (
-    "Rendered ends of one line each, 4 ingots a week in 2 pictures each. Focus, exposure and a lamp beside the line "
-    "drift from week to week; in week 25 the camera is exchanged. References as commissioned (none), learned from "
-    "ingots whose pictures agree (agreement), from an operator's word (operator), and from an operator who is wrong "
-    "once in 20 times (operator_5_percent_wrong). Pictures right, in percent."
-)
-WEEKS, INGOTS, VIEWS, EXCHANGED_WEEK = 50, 4, 2, 25
-KINDS = {
-    "typical": lambda label, rng: face(TYPICAL[label], rng),
-    "foreign": foreign_face,
-    "cast": cast_face,
-}
+WEEKS, INGOTS, VIEWS, EXCHANGED_WEEK = 50, 2, 2, 25
+KINDS = {"typical": lambda label, rng: face(TYPICAL[label], rng), "cast": cast_face}
 WAYS = ("none", "agreement", "operator", "operator_5_percent_wrong")
 SURE_LOG_ODDS = 3.0
 WRONG_SHARE = 0.05
-SAMPLE = 1
+WITHIN_PERCENT = 2.0  # of 200 pictures: four
 
 
-def cases():
-    return [{"kind": kind, "classifier": name, "seed": 0} for kind in KINDS for name in ("relief", "dual")]
+@pytest.mark.parametrize(("kind", "classifier"), [("cast", "relief"), ("typical", "dual")])
+def test_learning_does_no_worse_than_the_commissioned_references_also_when_one_word_in_twenty_is_wrong(
+    kind, classifier
+):
+    told = run({"kind": kind, "classifier": classifier, "seed": 0})
+    without = told["none"]
+    for way in WAYS[1:]:
+        assert told[way]["all"] >= without["all"] - WITHIN_PERCENT, way
+    if classifier == "dual":  # the commissioned references are of little use to it under the new camera
+        assert told["operator"]["learned"] > 0
+        assert told["operator"]["with_the_new_camera"] >= without["with_the_new_camera"] + 5
 
 
 def run(case):
@@ -105,16 +108,3 @@ class _Line:
         down, across = np.mgrid[-1 : 1 : image.shape[0] * 1j, -1 : 1 : image.shape[1] * 1j]
         lit = image * (1 + self._lamp[0] * across + self._lamp[1] * down)
         return np.asarray(cv2.convertScaleAbs(lit), np.uint8)
-
-
-def summary(rows):
-    keys = ("all", "before_the_new_camera", "with_the_new_camera")
-    told = {}
-    for name in ("relief", "dual"):
-        mine = [row for row in rows if row["classifier"] == name]
-        told[name] = {
-            way: {key: round(float(np.mean([row[way][key] for row in mine])), 2) for key in keys} for way in WAYS
-        }
-        for way in WAYS[1:]:
-            told[name][way]["least_gain"] = round(min(row[way]["all"] - row["none"]["all"] for row in mine), 2)
-    return told
