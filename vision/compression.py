@@ -41,8 +41,8 @@ USUAL_JPEG_QUALITY = 85  # of a file that does not tell
 USUAL_QUANTISER = 30  # of a stream that does not tell: at edges, about CRF 23
 # Relative standard uncertainties: how far the shares of single edges scatter about the law in that study.
 U_JPEG_SHARE, U_VIDEO_SHARE, U_UNTOLD_SHARE = 0.35, 0.6, 0.7  # the last without a known quantiser
-# On line_r, another maker's JPEG of quality 95 in whole colours, the correction of 0.03 mm makes the errors larger,
-# from 0.06 and 0.03 to 0.09 and 0.06 mm: it counts in full.
+# On line_r, another maker's JPEG of quality 95 in whole colours, the correction of 0.02 mm makes the errors larger,
+# from 0.06 and 0.03 to 0.08 and 0.05 mm: it counts in full.
 U_COLOUR_SHARE = 1.0
 
 
