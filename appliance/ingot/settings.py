@@ -117,7 +117,7 @@ class ComparisonSettings(Section):
     """Structural similarity of an end with the references, eq. 6.1."""
 
     threshold: float = Field(
-        default=0.75, gt=-1, lt=1, description="Similarity with the top from which `single` calls an end a top"
+        default=0.75, ge=-1, le=1, description="Similarity with the top from which `single` calls an end a top"
     )
     circular: bool = Field(default=False, description="Compare the end's circle; false: the square around it")
     luminance: float = Field(default=1.0, ge=0, le=10, description="Exponent alpha")

@@ -76,7 +76,7 @@ def test_both_aligned_views_and_edges_are_drawn(folder, tmp_path):
         (("right.png", ("--levels", "2"), "x.png"), "--method: fft has neither levels nor rules; db2, "),
         (("right.png", ("--method", "db2", "--levels", "0"), "x.png"), "--levels: 0 is less than 1"),
         (("right.png", (), "x.gif"), "x.gif: is neither PNG nor JPEG; let its name end in .png, "),
-        (("right.png", (), "nowhere/x.png"), "x.png: No such file or directory; give a file in a"),
+        (("right.png", (), "nowhere/x.png"), "x.png: there is no folder "),
         (("empty.png", (), "x.png"), "outlines of a bar agree: only one view shows a bar across"),
         (("nothing.png", (), "x.png"), "nothing.png: cannot be read (No such file or directory)"),
         (("small.png", (), "x.png"), "small.png is 800 x 300; use its own rig"),

@@ -188,8 +188,8 @@ def local_area_widths(edges: NDArray[np.bool_], area: tuple[int, int], stride_px
         strip = edges[top : top + height]
         whole_px = _between_lines(strip)  # of every area that holds all of the strip's edges
         for left in lefts:
-            area = strip[:, left : left + width]
-            width_px = whole_px if area.sum() == strip.sum() else _between_lines(area)
+            part = strip[:, left : left + width]
+            width_px = whole_px if part.sum() == strip.sum() else _between_lines(part)
             if np.isfinite(width_px):
                 places.append(top + (height - 1) / 2)
                 widths.append(width_px)
