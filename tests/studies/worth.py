@@ -60,12 +60,7 @@ def plane_through(rays, mine):
 
 
 CHECKS = {
-    "axis height": Variant(
-        {
-            "sizing.tangent.gauge.OFF_ROLLERS_MM": math.inf,
-            "sizing.tangent.uncertainty_budget.FREE_HEIGHT_MM": math.inf,
-        }
-    ),
+    "axis height": Variant({"sizing.tangent.gauge.OFF_ROLLERS_MM": math.inf}),
     "limb profile": Variant(
         {
             "edges.subpixel.MISFIT_SHARE": math.inf,
@@ -80,7 +75,7 @@ CHECKS = {
 VARIANTS = {
     "as served": Variant(),
     "light not decoded": Variant(rig={"response": "linear"}),
-    "four planes": Variant({"sizing.tangent.gauge.fit_cylinder": four_planes}),
+    "four planes": Variant({"sizing.tangent.bent_cylinder.fit_cylinder": four_planes}),
     "resampled pictures": Variant(resampled=True, rig={"marks": (NO_MARKS, NO_MARKS)}),
     **{f"without {name}": variant for name, variant in CHECKS.items()},
     "without any of these checks": Variant(
