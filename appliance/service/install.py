@@ -20,6 +20,9 @@ STATE = Path("var/lib/hotgauge")
 HOME_FOLDERS = (Path("/home"), Path("/root"), Path("/run/user"))
 
 
+REFUSED_CHARACTERS = frozenset("\\\"'")  # systemd 252: "executable name contains special characters"
+
+
 class InstallError(HotgaugeError):
     """The service cannot be installed or removed; the message says what, where and what to do."""
 
@@ -161,8 +164,9 @@ def _text(source: str) -> str:
 
 def _quoted(path: str) -> str:
     """Path as one word of a unit file (systemd.syntax, systemd.service): quoted, without specifiers."""
-    quoted = path.replace("\\", r"\\").replace('"', r"\"").replace("%", "%%")
-    return f'"{quoted}"'
+    if refused := set(path) & REFUSED_CHARACTERS:
+        raise InstallError(f"{path}: systemd starts no program with {min(refused)} in its path; use another folder")
+    return f'"{path.replace("%", "%%")}"'
 
 
 def _write(path: Path, text: str, *, keep: bool) -> str:

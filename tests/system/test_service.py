@@ -18,7 +18,7 @@ from rehearsal import Rehearsal, rehearsing
 from running import HOTGAUGE, free_port
 
 from appliance.service import systemd as service
-from appliance.service.install import FILES, PAGE_UNIT, UNIT, install, remove
+from appliance.service.install import FILES, PAGE_UNIT, UNIT, InstallError, install, remove
 
 REPOSITORY = Path(__file__).parents[2]
 
@@ -267,7 +267,7 @@ def test_a_gauge_that_runs_is_no_trouble_for_the_doctor(manager):
     assert verdicts["port"] == "good"
 
 
-@pytest.mark.parametrize("name", ["hot gauge", "50% steel", 'a "quoted" one', "back\\slash"])
+@pytest.mark.parametrize("name", ["hot gauge", "50% steel"])
 def test_an_interpreter_in_a_folder_of_any_name_is_started(tmp_path, monkeypatch, name):
     interpreter = tmp_path / name / "python"
     interpreter.parent.mkdir()
@@ -276,6 +276,14 @@ def test_an_interpreter_in_a_folder_of_any_name_is_started(tmp_path, monkeypatch
     list(install(tmp_path))
     said = subprocess.run(["systemd-analyze", "verify", tmp_path / UNIT], capture_output=True, text=True, check=False)
     assert said.stdout + said.stderr == ""
+
+
+@pytest.mark.parametrize("name", ['a "quoted" one', "back\\slash", "mill's"])
+def test_an_interpreter_that_systemd_would_not_start_is_refused(tmp_path, monkeypatch, name):
+    monkeypatch.setattr(sys, "executable", str(tmp_path / name / "python"))
+    with pytest.raises(InstallError, match="systemd starts no program with"):
+        list(install(tmp_path))
+    assert not (tmp_path / UNIT).exists()
 
 
 def test_settings_in_another_encoding_are_kept_and_no_trouble_of_removing(tmp_path):
