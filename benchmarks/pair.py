@@ -19,12 +19,10 @@ from appliance.simulation.bars.line_scene import Scene
 from appliance.simulation.boards.board_pictures import board_light
 from appliance.simulation.boards.boards import Board, high_pose, low_pose
 from appliance.simulation.true_rig import TrueRig, default_rig
-from vision.alignment.view_alignment import Alignment
 from vision.calibration.rig import Rig
 from vision.calibration.still_marks import find_marks
 from vision.sizing.checked_pictures import checked_pair
 from vision.sizing.gauge import Gauge
-from vision.sizing.virtual_board.aligned_pair import AlignedPair
 
 SIZES = ((800, 600), (1300, 800), (2704, 1520))
 BARS_MM = (100.0, 180.0, 260.0)
@@ -53,14 +51,11 @@ def stages(gauge: Gauge, pair: tuple[np.ndarray, np.ndarray]) -> dict[str, Times
     """Each stage of the gauge on one pair, in its order."""
     stage, pictures, board = Stages(), checked_pair(gauge._rig, *pair), gauge._virtual_board
     outlines = stage("find the bar", gauge._tangent.find, *pictures)
-    moved_px = stage("still marks", gauge._moved_px, *pictures)
-    stage("route T", gauge._tangent.measure_bar, *pictures, outlines, moved_px)
+    stage("still marks", gauge._motions, *pictures)
+    stage("route T", gauge._tangent.measure_bar, *pictures, outlines)
     stage("route V", board.measure_bar, *pictures, outlines)
     regions = stage("  turned regions", board._regions, pictures, outlines)
-    edges = stage("  edges", lambda: list(board._pool.map(board._view_edges, regions, outlines)))
-    alignment = Alignment(gauge._rig, board._boards, *regions, projective=True)
-    height = stage("  height", board._height, alignment, edges[0].outline, edges[1].outline)
-    stage("  windows", board._read, AlignedPair(alignment, height, edges, edges[0].outline), board._held())
+    stage("  edges", lambda: list(board._pool.map(board._view_edges, regions, outlines)))
     stage("the whole gauge", gauge.measure, *pair)
     stage("Canny and Hough lines", canny_and_lines, *pair)
     stage("copy of both pictures", lambda: [picture.copy() for picture in pair])

@@ -19,7 +19,7 @@ TEXT = (
 CONDITIONS = ("scale", "post", "glare", "overexposed", "bar-end", "rollers", "haze")
 EFFECTS = ("ovality", "camber", "shimmer", "bounce", "nudged", "jpeg-420")
 MODELLED = ("clean", *CONDITIONS)
-SEEDS = 500
+SEEDS = 200
 BOOTSTRAPS = 1000
 
 

@@ -263,7 +263,7 @@ def bars_of(source, count):
         for _ in range(count):
             exposed = source.next(1.0)
             reading = SizeReading(diameter_mm=100.0)
-            bars.add(to_message(reading, exposed, 1.0, dropped=0, simulated=True))
+            bars.add(to_message([reading], exposed, 1.0, slots=(), dropped=0, simulated=True))
     return bars.values()["bar_sequence"]
 
 

@@ -29,7 +29,10 @@ def test_without_options_route_v_is_the_served_one():
     assert kind is VirtualBoardGauge
     assert (given["corrections"], given["parameters"]) == (CORRECTED, SERVED_PARAMETERS)
     assert (given["edges"].method, given["edges"].forest, given["fusion"]) == ("forest", None, "none")
-    assert gauge_of(asked()) is Gauge
+    served = gauge_of(asked())
+    assert isinstance(served, partial)
+    assert served.func is Gauge
+    assert served.keywords == {"ovality_mm": None}
 
 
 def test_as_printed_makes_no_correction_and_takes_the_printed_numbers():
