@@ -68,6 +68,7 @@ class Camera:
         return sent_picture(codes, coding, shown)
 
 
+RNG = np.random.default_rng(5)
 CODINGS = [
     Coding("grey"),
     Coding("colour"),
@@ -232,9 +233,10 @@ def test_references_are_taken_where_the_reader_finds_ends(tmp_path, capsys, reco
         lies = [row["frame"] for row in table if row["label"] == end and row["touch"] == row["over"] == "0"]
         folder = tmp_path / end
         folder.mkdir()
-        for frame in lies[len(lies) // 2 :][:3]:
-            name = f"{int(frame):06}.jpg"
-            (folder / name).write_bytes((line / sequence / name).read_bytes())
+        picture = cv2.imread(str(line / sequence / f"{int(lies[len(lies) // 2]):06}.jpg")).astype(np.int16)
+        for number in range(3):  # an end that lies still; only the noise is new
+            noisy = np.clip(picture + RNG.integers(-1, 2, picture.shape), 0, 255).astype(np.uint8)
+            cv2.imwrite(str(folder / f"{number:06}.png"), noisy)
         config = tmp_path / f"{end}.toml"
         config.write_text(
             f"[ingot]\ncrop = {regions['roi_crop']}\ncentroid = {regions['roi_centroid']}\n"
