@@ -19,7 +19,7 @@ TEXT = (
 CONDITIONS = ("scale", "post", "glare", "overexposed", "bar-end", "rollers", "haze")
 EFFECTS = ("ovality", "camber", "shimmer", "bounce", "nudged", "jpeg-420")
 MODELLED = ("clean", *CONDITIONS)
-SEEDS = 200
+SEEDS = 120
 BOOTSTRAPS = 1000
 
 
@@ -110,8 +110,8 @@ def errors(rows):
         "covered_by_half_of_it": rounded(np.mean(np.abs(error) <= expanded / 2)),
         "median_expanded_mm": rounded(np.median(expanded)),
         "virtual_board_values": len(virtual),
-        "virtual_board_rmse_mm": rounded(np.sqrt(np.mean(virtual**2))),
-        "virtual_board_worst_mm": rounded(np.abs(virtual).max()),
+        "virtual_board_rmse_mm": rounded(np.sqrt(np.mean(virtual**2))) if len(virtual) else None,
+        "virtual_board_worst_mm": rounded(np.abs(virtual).max()) if len(virtual) else None,
     }
 
 
