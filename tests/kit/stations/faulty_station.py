@@ -68,6 +68,9 @@ class ToldCamera:
 
 
 class ToldGauge:
+    scale_file = None
+    carried = ()
+
     def warm_up(self) -> None:
         pass
 
