@@ -242,7 +242,8 @@ def told_features():
     with tempfile.TemporaryDirectory() as folder:
         description = more_features(folder)
         with fake_camera(LEFT, description=description), fake_camera(RIGHT, description=description):
-            with GenicamSource(settings(trigger="Action1", common_clock=True), PERIOD_US):
+            source = GenicamSource(settings(trigger="Action1", common_clock=True), PERIOD_US)
+            with contextlib.suppress(CameraError), source:  # a fake camera fires at no action command
                 pass
             device = Aravis.Camera.new(next(one.device for one in connected() if one.serial == LEFT)).get_device()
             found = {name: device.read_register(place) for name, place in FEATURES.items()}
