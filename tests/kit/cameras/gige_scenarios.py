@@ -14,7 +14,9 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from unittest.mock import patch
 
+from appliance.cameras.genicam import device
 from appliance.cameras.genicam.device import Aravis, Device, connected
 from appliance.cameras.genicam.settings import GenicamCamera
 from appliance.cameras.genicam.source import GenicamSource
@@ -243,11 +245,11 @@ def told_features():
         description = more_features(folder)
         with fake_camera(LEFT, description=description), fake_camera(RIGHT, description=description):
             source = GenicamSource(settings(trigger="Action1", common_clock=True), PERIOD_US)
-            with contextlib.suppress(CameraError), source:  # a fake camera fires at no action command
-                pass
-            device = Aravis.Camera.new(next(one.device for one in connected() if one.serial == LEFT)).get_device()
-            found = {name: device.read_register(place) for name, place in FEATURES.items()}
-            found["PtpEnable"] = device.read_register(PTP_REGISTER)
+            with patch.object(device, "FIRST_TIME_S", 1.0), contextlib.suppress(CameraError), source:
+                pass  # a fake camera fires at no action command
+            asked = Aravis.Camera.new(next(one.device for one in connected() if one.serial == LEFT)).get_device()
+            found = {name: asked.read_register(place) for name, place in FEATURES.items()}
+            found["PtpEnable"] = asked.read_register(PTP_REGISTER)
     found.pop("ActionSelector")
     return found
 
