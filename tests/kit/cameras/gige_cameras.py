@@ -18,7 +18,7 @@ def in_own_network(*words, mtu=65536, timeout=None, **environment):
     shell = ["unshare", "--map-root-user", "--net", "sh", "-c", NETWORK.format(mtu=mtu), "sh"]
     done = subprocess.run(
         [*shell, *map(str, words)], stdout=subprocess.PIPE, text=True, check=True, timeout=timeout,
-        env=os.environ | environment,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))} | environment,
     )  # fmt: skip
     return done.stdout
 
