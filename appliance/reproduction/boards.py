@@ -75,7 +75,7 @@ class Boards(Experiment):
         """Table 4.1, figures 4.8 and 4.9, and what each correction is worth."""
         found = [result for _, result in results]
         size = results[0][0]["size"]
-        columns = ("", "RMSE, dissertation, mm", "here, mm", "mean error, mm", "Q_R, %")
+        columns = ("", "RMSE, dissertation, mm", "here, mm", "mean error, mm", "Q_R, %, median of its size")
         return Section(
             "Virtual boards (chapter 4)",
             f"{len(found)} frames of {size[0]} x {size[1]}; a bar of {DIAMETER_MM:g} mm moves and hops. Table 4.1 is "

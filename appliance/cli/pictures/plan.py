@@ -29,7 +29,7 @@ def add_plan(command: argparse.ArgumentParser) -> None:
     command.add_argument("--exposure-us", type=_positive, default=500.0, metavar="US", help="500 if not given")
     command.add_argument("--speed", type=float, default=2.0, metavar="M/S", help="of the bar; 2 if not given")
     command.add_argument("--bars", type=_positive, nargs=2, default=(80.0, 250.0), metavar=("FROM", "TO"))
-    command.add_argument("--ovality", type=float, default=0.0, metavar="MM", help="of the product")
+    command.add_argument("--ovality", type=float, default=0.0, metavar="MM", help="sizing.ovality_mm; 0 if not given")
     command.add_argument("--region", type=float, nargs=2, default=(-250.0, 250.0), metavar=("FROM", "TO"))
     command.add_argument("--output", type=Path, metavar="FILE", help="picture of the mounting, .png, .pdf or .svg")
 
@@ -46,7 +46,7 @@ def run_plan(given: argparse.Namespace) -> None:
     diameters = (smallest, (smallest + largest) / 2, largest)
     with progress("bar") as show:
         found = expected(mounting, diameters, tuple(given.region), given.ovality, show)
-    print("\n".join([*_optics(mounting), "", *_table(found)]))
+    print("\n".join([*_optics(mounting), "", *_table(found, given.ovality)]))
     if given.output is not None:
         from appliance.planning.drawing import draw_mounting
 
@@ -105,10 +105,13 @@ def _microseconds(time_us: float) -> str:
     return "any" if math.isinf(time_us) else f"{time_us:.0f} us"
 
 
-def _table(found: "list[Expected]") -> list[str]:
+def _table(found: "list[Expected]", ovality_mm: float) -> list[str]:
     from appliance.planning.expected import PARTS
 
-    lines = ["expected on the simulated mill, mm (U: k = 2, parts: k = 1, error: here)"]
+    lines = [
+        "expected on the simulated mill, mm (U: k = 2, parts: k = 1, error: here)",
+        f"with sizing.ovality_mm = {ovality_mm:g}; where it is not set, 0.6 % of the diameter counts in U",
+    ]
     lines.append(f"{'bar':>7} {'U':>7} {'error':>7}  " + " ".join(f"{part:>11}" for part in PARTS[:4]))
     for one in found:
         parts = " ".join(f"{one.parts_mm[part]:11.3f}" for part in PARTS[:4])
