@@ -290,6 +290,22 @@ def fused_uncertainty() -> Rows:
     return [("edges, fusion", "values", "error within U", "RMSE mm", "median U mm"), *rows]
 
 
+def ingots_elsewhere() -> Rows:
+    """Ends of ingots of several mills by every classifier."""
+    shown = ("relief", "wrinkles", "dual", "single")
+    found = summary("ingots_elsewhere")
+    rows = [
+        (f"`{line}`, {one['relief']['ingots']} ingots", *(_classifier_cell(one[name]) for name in shown))
+        for line, one in found.items()
+    ]
+    return [("line", *(f"`{name}`" for name in shown)), *rows]
+
+
+def _classifier_cell(found: Summary) -> str:
+    counts = (found[name] for name in ("right", "undecided", "tops_called_bottom", "false_alarms"))
+    return f"{percent(found['frames_right'], 1)}, {'/'.join(map(str, counts))}"
+
+
 BARS = ("clean", "scale", "post", "glare", "overexposed", "bar-end", "rollers", "haze")
 EFFECTS = ("ovality", "camber", "shimmer", "bounce", "nudged", "jpeg-420")
 TABLES: dict[str, Callable[[], Rows]] = {
@@ -311,4 +327,5 @@ TABLES: dict[str, Callable[[], Rows]] = {
     "virtual board": virtual_board,
     "virtual board, steps": virtual_board_steps,
     "fused uncertainty": fused_uncertainty,
+    "ingots elsewhere": ingots_elsewhere,
 }
