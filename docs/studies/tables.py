@@ -307,7 +307,7 @@ def _classifier_cell(found: Summary) -> str:
 
 
 BARS = ("clean", "scale", "post", "glare", "overexposed", "bar-end", "rollers", "haze")
-EFFECTS = ("ovality", "camber", "shimmer", "bounce", "nudged", "jpeg-420")
+EFFECTS = ("ovality", "camber", "shimmer", "bounce", "nudged", "jpeg 4:2:0 q90")
 TABLES: dict[str, Callable[[], Rows]] = {
     "served diameter, bars": lambda: served_diameter({"**all of these**": "bars"} | {name: name for name in BARS}),
     "served diameter, effects": lambda: served_diameter(
