@@ -1,10 +1,11 @@
 """A path-traced line with what a real one adds, its response and ovality told by nobody; never tuned to.
 
-Costs about SECONDS s, most of it the calibration from the recording's boards.
+Bounds are 1.3 times what docs/methods/real_line.md claims. Costs about 12 s.
 """
 
 import json
 
+import numpy as np
 import pytest
 
 from appliance.cameras.recording.pairs import Recording
@@ -12,7 +13,7 @@ from appliance.sizing.stereo.calibrate_folder import calibrate_folder
 from vision.light import ResponseCurve
 from vision.sizing.gauge import Gauge
 
-FRAME_OFF_PLACE_MM = 20.0
+FRAME_OFF_PLACE_MM = 30.0  # the board, and so the calibration's origin, lay some 20 mm aside of the truth's
 BARS = 27  # in all frames of all scenes; two of them lie side by side in each of two frames
 
 
@@ -29,7 +30,7 @@ def values(recordings, rig):
 
 
 def values_of(scene, gauge):
-    frames = {frame["frame"]: frame for frame in json.loads((scene / "truth.json").read_text())["frames"]}
+    frames = {int(frame["frame"]): frame for frame in json.loads((scene / "truth.json").read_text())["frames"]}
     for number, left, right in Recording(scene):
         frame = frames[number]
         bars = [frame, *frame.get("other_bars", [])]
@@ -51,5 +52,13 @@ def test_every_bar_has_a_value_and_none_is_wrong(values):
     assert not [one for one in values if abs(one[1]) > max(2 * one[2], 1.0)]
 
 
-def test_all_values_but_one_of_a_bar_that_is_more_out_of_round_than_assumed_lie_inside_u(values):
-    assert [scene for scene, error_mm, expanded_mm in values if abs(error_mm) > expanded_mm] in ([], ["s05_oval"])
+def test_errors_are_as_small_as_claimed(values):
+    error_mm = np.array([error for _, error, _ in values])
+    assert abs(error_mm.mean()) <= 1.3 * 0.18
+    assert np.sqrt(np.mean(error_mm**2)) <= 1.3 * 0.27
+
+
+def test_one_value_lies_outside_u_and_it_is_of_the_bar_that_is_most_out_of_round(values):
+    outside = [value for value in values if abs(value[1]) > value[2]]
+    assert [scene for scene, _, _ in outside] in ([], ["s05_oval"])
+    assert all(abs(error_mm) <= 1.3 * 0.72 for _, error_mm, _ in outside)
