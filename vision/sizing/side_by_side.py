@@ -49,7 +49,7 @@ class SideBySide:
         Returns
         -------
         tuple of SizeReading
-            The same readings with their bars' values.
+            The same readings with their bars' values. Only a reading with a value begins a bar.
         """
         gone = any(Reason.NO_BAR in reading.reasons for reading in readings)
         before = [bar for bar in self._bars if not gone and time_s - bar.seen_s <= GAP_S]
@@ -61,7 +61,8 @@ class SideBySide:
         self._bars = hidden
         result: list[SizeReading] = []
         for one, reading in zip(known, readings, strict=True):
-            if one is None and (not free or (len(readings) > 1 and math.isnan(reading.offset_mm))):
+            placed = len(readings) == 1 or math.isfinite(reading.offset_mm)
+            if one is None and not (free and reading.valid and placed):
                 result.append(reading)
                 continue
             bar = one or _Known(free.pop(0), time_s, reading.offset_mm, PassingBar(), reading)

@@ -2,6 +2,8 @@
 
 import math
 
+import pytest
+
 from vision.readings import SizeReading
 from vision.reasons import Reason
 from vision.sizing.side_by_side import SideBySide
@@ -51,6 +53,21 @@ def test_a_bar_that_leaves_frees_its_slot_and_moves_no_other():
     assert slots(passing)[1] == 120.0
     assert 60.0 in slots(passing)
     assert 80.0 not in slots(passing)
+
+
+@pytest.mark.parametrize("reason", [Reason.NO_BAR, Reason.EDGE_NOT_FOUND, Reason.SEVERAL_BARS])
+def test_bars_that_enter_together_after_a_frame_without_a_value_stand_in_the_first_slots(reason):
+    passing = SideBySide()
+    passing.add((SizeReading(reasons=reason),), 0.0)
+    passing.add((bar(-90.0, 80.0), bar(90.0, 120.0)), PERIOD_S)
+    assert slots(passing)[:2] == [80.0, 120.0]
+    assert {one.reasons for one in passing.slots[2:]} == {Reason.NO_BAR}
+
+
+def test_one_bar_without_a_place_has_its_mean_as_well():
+    passing = SideBySide()
+    readings = [passing.add((bar(math.nan),), PERIOD_S * frame)[0] for frame in range(3)]
+    assert [one.bar_frames for one in readings] == [1, 2, 3]
 
 
 def test_more_bars_than_slots_are_measured_but_have_none():
