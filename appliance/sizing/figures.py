@@ -26,17 +26,43 @@ def figure_class() -> Any:  # its stubs leave most argument types open
     return Figure
 
 
+class PlotFolder:
+    """Plots of a recording in one folder; collects readings, and draws them in `write`.
+
+    Parameters
+    ----------
+    folder : Path
+        Made if it is missing.
+
+    Raises
+    ------
+    PlotsMissingError
+        Matplotlib is not installed.
+    OSError
+        The folder cannot be made.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._new_figure = figure_class()
+        self._folder = folder
+        folder.mkdir(parents=True, exist_ok=True)
+
+    def _save(self, figure: Any, name: str) -> None:
+        save_figure(figure, self._folder / name)
+
+
 def save_figure(figure: Any, path: Path) -> None:
-    """Write a figure as PNG, whole or not at all; raises `OSError` that names the file.
+    """Write a figure, whole or not at all; raises `OSError` that names the file.
 
     Parameters
     ----------
     figure : Figure
     path : Path
+        PNG, PDF or SVG, by its suffix.
     """
     with whole_place(path) as place:
         try:
-            figure.savefig(place, format="png", dpi=DOTS_PER_INCH)
+            figure.savefig(place, format=path.suffix[1:].lower(), dpi=DOTS_PER_INCH)
         except OSError as error:  # of a full disk, which names no file
             raise OSError(error.errno, error.strerror, str(path)) from error
 
