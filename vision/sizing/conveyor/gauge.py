@@ -203,7 +203,6 @@ class ConveyorGauge:
             expanded_uncertainty_mm=expanded_mm,
             windows_kept=int(np.count_nonzero(there)),
             windows_total=WINDOW_COUNT,
-            axis_height_mm=diameter_mm / 2,
             offset_mm=float(np.median(middle) * view.camera_height_mm),
             u_edge_mm=edge_mm,
             u_calibration_mm=calibration_mm,
