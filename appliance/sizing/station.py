@@ -33,7 +33,7 @@ from appliance.sizing.message import ReadingMessage
 from appliance.sizing.method import ScaleError, SizingMethod, TimedReader
 from appliance.sizing.recorded_settings import recorded_settings
 from appliance.sizing.settings import Sizing
-from vision.readings import SizeReading
+from vision.readings import SizeReading, of_all_bars
 from vision.reasons import Reason
 from vision.sizing.side_by_side import SideBySide
 
@@ -232,7 +232,7 @@ def to_message(
         dropped=dropped,
         simulated=simulated,
         stretch=exposed.stretch,
-        reading=readings[0] if len(readings) == 1 else SizeReading(reasons=Reason.SEVERAL_BARS),
+        reading=of_all_bars(readings),
         bars=slots if len(readings) > 1 else (),
     )
 
