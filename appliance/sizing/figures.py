@@ -52,13 +52,13 @@ class PlotFolder:
 
 
 def save_figure(figure: Any, path: Path) -> None:
-    """Write a figure, whole or not at all; raises `OSError` that names the file.
+    """Write a figure whole or not at all; raises `OSError` that names the file.
 
     Parameters
     ----------
     figure : Figure
     path : Path
-        PNG, PDF or SVG, by its suffix.
+        Its suffix is the format: PNG, PDF or SVG.
     """
     with whole_place(path) as place:
         try:
