@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.readings import SizeReading
-from vision.reasons import Reason
+from vision.sizing.bar_gap import BarGap
 from vision.sizing.section_turn import turning_section
 
 Array = NDArray[np.float64]
@@ -23,7 +23,6 @@ MEMORY_FRAMES = 50  # chosen: 2 s at 25 frames a second
 STEP_SIGMAS = 4.0  # chosen: a frame further from the mean than 4 standard deviations of both belongs to another size
 LEAST_STEP_MM = 0.3  # chosen: a smaller difference is no step; places in the pictures differ by up to 0.2 mm
 LEAST_OWN_MM = 0.01  # chosen: least standard uncertainty of a frame of its own, so that none takes all the weight
-GAP_S = 2.0  # chosen: after so long without a value the next one begins another bar
 LEAST_FRAMES_SCATTER = 4  # chosen: fewer frames say too little of their scatter
 
 
@@ -44,6 +43,7 @@ class PassingBar:
     """The bar in the measuring region, from frame to frame; starts anew with each bar and each step in diameter."""
 
     def __init__(self) -> None:
+        self._gap = BarGap()
         self._frames: deque[_Frame] = deque(maxlen=MEMORY_FRAMES)
         self._apart: _Frame | None = None  # the last frame, if it lies apart from the mean
 
@@ -54,14 +54,14 @@ class PassingBar:
         ----------
         reading : SizeReading
         time_s : float
-            Moment of exposure; later than those before.
+            Moment of exposure.
 
         Returns
         -------
         SizeReading
             The reading with the bar's values; NaN where the reading itself has no value.
         """
-        if Reason.NO_BAR in reading.reasons or (self._frames and time_s - self._frames[-1].time_s > GAP_S):
+        if self._gap.ends_bar(reading, time_s):
             self._frames.clear()
             self._apart = None
         if not reading.valid:

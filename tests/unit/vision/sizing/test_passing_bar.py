@@ -68,12 +68,20 @@ def test_one_frame_apart_moves_nothing():
     assert readings[-1].bar_frames == 20
 
 
-def test_another_bar_and_a_long_gap_begin_anew():
+def test_a_missed_frame_keeps_the_bar_and_a_gap_begins_another():
     bar = PassingBar()
     bar.add(reading(120.0), 0.0)
     assert math.isnan(bar.add(SizeReading(reasons=Reason.NO_BAR), 0.04).bar_diameter_mm)
-    assert bar.add(reading(120.2), 0.08).bar_diameter_mm == 120.2
+    assert bar.add(reading(120.2), 0.08).bar_frames == 2
+    bar.add(SizeReading(reasons=Reason.NO_BAR), 0.4)
+    assert bar.add(reading(120.2), 0.44).bar_diameter_mm == 120.2
+
+
+def test_a_long_time_without_a_reading_and_time_that_runs_back_begin_anew():
+    bar = PassingBar()
+    bar.add(reading(120.2), 0.0)
     assert bar.add(reading(120.0), 5.0).bar_diameter_mm == 120.0
+    assert bar.add(reading(120.2), 1.0).bar_diameter_mm == 120.2
 
 
 def test_a_frame_without_a_value_has_no_value_of_the_bar():
