@@ -68,6 +68,12 @@ def test_a_picture_without_its_partner_and_one_with_another_name_are_said(folder
     assert unused.startswith("IMG_2041.jpg: not used")
 
 
+def test_of_many_pictures_that_are_not_used_the_first_ones_are_named_and_the_others_counted(folder):
+    put(folder / "calibration", "left_00.png", "right_00.png", *(f"IMG_{number}.jpg" for number in range(7)))
+    (unused,) = find_pictures(folder).notes
+    assert unused.startswith("IMG_0.jpg, IMG_1.jpg, IMG_2.jpg, IMG_3.jpg, 3 more: not used")
+
+
 def test_a_side_without_any_picture_is_named(folder):
     put(folder / "calibration", "left_00.png", "left_01.png")
     with pytest.raises(CalibrationError, match="no pictures right_00"):
