@@ -19,10 +19,22 @@ HEIGHT_SIGMAS = 4.0  # chosen: the high board may be off board.json by 4 standar
 
 
 class Dropped(NamedTuple):
-    """A picture that the calibration does not use, and why."""
+    """A picture that the calibration does not use, and why.
+
+    Attributes
+    ----------
+    name : str
+    reason : str
+    board : str
+        Pose of the board that it shows.
+    other_moment : bool
+        Whether it is left out because it does not fit to the other camera's picture of that pose.
+    """
 
     name: str
     reason: str
+    board: str
+    other_moment: bool = False
 
 
 class CalibrationError(Exception):
@@ -104,12 +116,12 @@ def check_pairs(views: Sequence[View], dropped: Sequence[Dropped]) -> None:
     pairs = len(left & right)
     if pairs < LEAST_PAIRS:
         usable = f"{pairs} boards are usable in both pictures where {LEAST_PAIRS} are needed"
-        apart = {drop.name.partition("_")[2] for drop in dropped if drop.reason.startswith(NOT_OF_ONE_MOMENT)}
+        apart = {drop.board for drop in dropped if drop.other_moment}
         advice = "take more pairs of pictures"
         if pairs + len(apart) >= LEAST_PAIRS:
             advice = f"the others, {len(apart)}, are not of one moment: {GIVE_ONE_NUMBER}"
         reasons.append(f"{usable}: {advice}")
-    if LOW not in left | right and any(LOW in drop.name for drop in dropped):
+    if LOW not in left | right and LOW in {drop.board for drop in dropped}:
         reasons.append("no picture of the low board is usable, and it defines the world frame: take it again")
     if reasons:
         raise CalibrationError(reasons, dropped)

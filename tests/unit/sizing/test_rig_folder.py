@@ -98,7 +98,10 @@ def test_what_is_left_out_is_assumed_and_said(tmp_path):
     assert board.squares == (8, 5)
     assert board.square_u_mm == pytest.approx(0.15)  # 0.3 % of an unmeasured print
     assert board.low_mm is None
-    assert [text.partition(" ")[0] for text in board.assumptions] == ["square_u_mm", "height_u_mm"]
+    assert [(one.text.partition(" ")[0], one.of_world) for one in board.assumptions] == [
+        ("square_u_mm", False),
+        ("height_u_mm", True),
+    ]
 
 
 @pytest.mark.parametrize(
