@@ -23,7 +23,7 @@ def test_the_response_is_measured_through_the_camera_that_made_the_picture(monke
     monkeypatch.setattr(calibrate_folder, "read_picture", lambda path, _: SimpleNamespace(name=path.name, coding=None))
     monkeypatch.setattr(calibrate_folder, "board_edges", board_edges)
     monkeypatch.setattr(calibrate_folder, "measure_response", len)
-    monkeypatch.setattr(calibrate_folder, "chosen_response", lambda told, edges: edges)
+    monkeypatch.setattr(calibrate_folder, "chosen_response", lambda _, edges: edges)
     rig, board = SimpleNamespace(left="left camera", right="right camera"), SimpleNamespace(response=None)
     paths = {"07": dict(zip(("left", "right"), map(Path, names), strict=True)), "08": {"left": Path("lost.png")}}
     count = calibrate_folder._response(rig, board, paths, {"07": (CORNERS, CORNERS), "08": (None, None)}, None)
