@@ -8,7 +8,7 @@ from appliance.simulation.ingots.faces import LABELS, TYPICAL, face
 from appliance.training.rendered_ends import random_camera, rendered_end
 from vision.ingot.agreement import AGREED_FRAMES, Agreement
 from vision.ingot.classifiers.similarity import Comparison, circular, similarity
-from vision.ingot.classifiers.ssim import dual, single
+from vision.ingot.classifiers.ssim import dual
 from vision.ingot.reference_learner import ReferenceLearner
 from vision.ingot.sequential_decision import IngotFollower
 from vision.readings import OrientationReading
@@ -44,21 +44,6 @@ def test_references_follow_a_new_camera():
         assert 0 < sum(changed) < 20
         gained.append(accuracy(learner.current, seen[30:]) - before)
     assert np.mean(gained) >= 0.15
-
-
-@pytest.mark.parametrize("seed", [3, 4])
-def test_a_threshold_of_one_similarity_learns_tops_alone_and_by_its_own_judgement(seed):
-    first, second = (image for image, _ in ends(seed, 2))
-    seen = [(darker_and_blurred(image), is_top) for image, is_top in ends(seed, 50)[2:]]
-    comparison = Comparison(threshold=0.6)
-    learner = ReferenceLearner((first, second), (first, second), "single", comparison)
-    changed = [is_top for image, is_top in seen[:30] if learner.add(image, is_top=is_top)]
-    assert set(changed) == {True}
-    before, after = (
-        np.mean([(single(similarity(image, top), comparison.threshold) == "top") == is_top for image, is_top in seen])
-        for top in (first, learner.current[0])
-    )
-    assert after >= before + 0.1
 
 
 def with_corners(image, rng):
