@@ -67,7 +67,7 @@ def reload(config, port, times):
         for number in range(times):
             stations.add(gauge.appliance.station())
             begun_s = time.monotonic()
-            reload_changed(gauge, config, stale_after_ms=800 + number)
+            reload_changed(gauge, config, delay_ms=200 + number)
             ends.append((0, "".join(gauge.take_lines()), time.monotonic() - begun_s))
         stations.add(gauge.appliance.station())
         held.append(status(gauge.process.pid))

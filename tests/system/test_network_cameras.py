@@ -95,7 +95,7 @@ def test_reloads_and_the_stop_with_streams_open_are_clean(folder):
         with managed(config, port) as gauge:
             measures(gauge)
             for number in range(RELOADS):
-                reload_changed(gauge, config, stale_after_ms=800 + number)
+                reload_changed(gauge, config, delay_ms=200 + number)
             assert gauge.stop() == 0
             gauge.listener.join(5)
     assert not any("Fatal" in line for line in gauge.lines), gauge.lines

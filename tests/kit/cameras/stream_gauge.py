@@ -63,11 +63,11 @@ def measures(gauge):
             time.sleep(0.05)
 
 
-def reload_changed(gauge, config, stale_after_ms):
-    """Reload with another setting, and wait until a new station gives readings."""
+def reload_changed(gauge, config, delay_ms):
+    """Reload with another setting of the cameras, and wait until a new station gives readings."""
     before = gauge.appliance.station()
-    text = re.sub(r"stale_after_ms = \d+\n", "", config.read_text())
-    config.write_text(text.replace("[sizing]\n", f"[sizing]\nstale_after_ms = {stale_after_ms}\n"))
+    text = re.sub(r"delay_ms = \d+\n", "", config.read_text())
+    config.write_text(text.replace('kind = "stream"\n', f'kind = "stream"\ndelay_ms = {delay_ms}\n'))
     os.kill(gauge.process.pid, signal.SIGHUP)
     until_s = time.monotonic() + MEASURES_WITHIN_S
     while gauge.appliance.station() == before:
