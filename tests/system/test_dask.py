@@ -20,6 +20,8 @@ from appliance.cameras.simulated.rig import mill_rig
 from appliance.sizing.reading_rows import COLUMNS
 from appliance.sizing.stereo.rig_file import save_rig
 
+pytestmark = pytest.mark.waiting
+
 SIDES = ("left", "right")
 RECORDINGS = 6
 
