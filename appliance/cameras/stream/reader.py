@@ -31,8 +31,8 @@ REFERENCE_TIME = "prft"  # FFmpeg's name of the moment on the sender's clock, µ
 LOW_DELAY = 1 << 19  # AV_CODEC_FLAG_LOW_DELAY: pictures are handed out as soon as they are decoded
 NETWORK_OPTIONS = {"fflags": "nobuffer", "analyzeduration": "300000"}  # µs of stream that are looked at first
 REORDERING_US = "100000"  # that a missing packet is waited for, over UDP
-# Over TCP packets cannot change places, but a camera under load leaves some out. FFmpeg reports them only where it looks
-# for those that come late, by default not over TCP: a key picture whose end is missing then passes for a whole one.
+# Over TCP packets cannot change places, but a camera under load leaves some out. FFmpeg reports them only where it
+# waits for late ones, by default not over TCP: a key picture whose end is missing then passes for a whole one.
 TCP_REORDERING_PACKETS = "2"  # least with which it looks; the packet after a gap waits for one more
 
 
