@@ -3,13 +3,15 @@
 import json
 import threading
 import time
+from pathlib import Path
 
 import pytest
 from page_client import Gauge, client_of, log_in
 
-from appliance.files.runtime_folder import RUNTIME_VARIABLE, was_asked_for_reload
+from appliance.files.reload_request import STATE_VARIABLE, was_asked_for_reload
+from appliance.files.runtime_folder import RUNTIME_VARIABLE
 from appliance.page import commissioning
-from appliance.page.commissioning import CANDIDATE, Commissioning, CommissioningError
+from appliance.page.commissioning import CANDIDATE, LOG_FILE, Commissioning, CommissioningError
 from plc.security.roles import Role
 
 
@@ -37,12 +39,20 @@ def commands(monkeypatch) -> Commands:
     return commands
 
 
+@pytest.fixture(autouse=True)
+def service(tmp_path, monkeypatch) -> None:
+    """The page's own folders, as systemd gives them: the state directory is writable, the gauge's runtime is not."""
+    (tmp_path / "state").mkdir()
+    monkeypatch.setenv(STATE_VARIABLE, str(tmp_path / "state"))
+    monkeypatch.setenv(RUNTIME_VARIABLE, str(tmp_path / "absent"))
+
+
 @pytest.fixture
 def work(tmp_path) -> Commissioning:
     (tmp_path / "boards" / "monday" / "calibration").mkdir(parents=True)
     (tmp_path / "boards" / "master").mkdir()
     (tmp_path / "rig.json").write_text("old rig")
-    return Commissioning(tmp_path / "boards", tmp_path / "rig.json", None)
+    return Commissioning(tmp_path / "boards", tmp_path / "rig.json", None, lambda: 0.0)
 
 
 def done(work: Commissioning) -> None:
@@ -52,8 +62,7 @@ def done(work: Commissioning) -> None:
     assert work.running is None
 
 
-def test_a_calibration_is_verified_confirmed_and_logged_and_the_old_one_kept(work, commands, tmp_path, monkeypatch):
-    monkeypatch.setenv(RUNTIME_VARIABLE, str(tmp_path))
+def test_a_calibration_is_verified_confirmed_and_logged_and_the_old_one_kept(work, commands):
     work.calibrate("monday", "anna")
     done(work)
     work.verify("monday", "anna", "master", 120.05, 0.02)
@@ -78,7 +87,7 @@ def test_a_calibration_is_verified_confirmed_and_logged_and_the_old_one_kept(wor
 def test_it_goes_on_after_a_restart_of_the_page(work, commands):
     work.calibrate("monday", "anna")
     done(work)
-    again = Commissioning(work.folder, work.rig, None)
+    again = Commissioning(work.folder, work.rig, None, lambda: 0.0)
     assert again.steps("monday")["calibrated"].who == "anna"
     again.verify("monday", "anna", "master", 120.0, 0.0)
     done(again)
@@ -112,6 +121,95 @@ def test_a_new_calibration_or_another_file_makes_the_verification_void(work, com
         done(work)
         with pytest.raises(CommissioningError, match="not verified"):
             work.confirm("monday", "anna")
+
+
+def verified(work: Commissioning) -> Path:
+    work.calibrate("monday", "anna")
+    done(work)
+    work.verify("monday", "anna", "master", 120.0, 0.0)
+    done(work)
+    return work.folder / "monday" / CANDIDATE
+
+
+@pytest.mark.parametrize("folders", ["none", "not writable"])
+def test_a_gauge_that_cannot_be_asked_to_read_the_new_calibration_is_told_to_the_engineer(
+    work, commands, monkeypatch, tmp_path, folders
+):
+    verified(work)
+    if folders == "none":
+        monkeypatch.delenv(STATE_VARIABLE)
+        monkeypatch.delenv(RUNTIME_VARIABLE)
+    else:
+        (tmp_path / "state").rmdir()
+    with pytest.raises(CommissioningError, match=r"could not be asked to read it .*; systemctl reload hotgauge"):
+        work.confirm("monday", "berta")
+    assert work.rig.read_text() == "rig 1"
+    assert [row["who"] for row in work.log()] == ["berta"]
+
+
+def test_a_log_that_cannot_be_written_leaves_the_gauge_asked_and_is_told(work, commands):
+    verified(work)
+    (work.folder / LOG_FILE).mkdir()
+    with pytest.raises(CommissioningError, match=r"commissioning\.jsonl: Is a directory; .* not noted"):
+        work.confirm("monday", "berta")
+    assert was_asked_for_reload()
+
+
+def test_a_known_error_of_the_calibration_from_before_is_taken_out_first(work, commands):
+    verified(work)
+    added_mm = [-0.12]
+    again = Commissioning(work.folder, work.rig, None, lambda: added_mm[0])
+    with pytest.raises(CommissioningError, match=r"sizing.adjustment.added_mm is -0\.12, .* set it to 0"):
+        again.confirm("monday", "berta")
+    assert work.rig.read_text() == "old rig"
+    added_mm[0] = 0.0
+    again.confirm("monday", "berta")
+    assert work.rig.read_text() == "rig 1"
+
+
+def test_a_candidate_that_is_exchanged_while_it_is_verified_has_not_passed(work, commands):
+    work.calibrate("monday", "anna")
+    done(work)
+    commands.goes_on.clear()
+    work.verify("monday", "anna", "master", 120.0, 0.0)
+    while len(commands.said) < 2:
+        time.sleep(0.01)
+    (work.folder / "monday" / CANDIDATE).write_text("another")
+    commands.goes_on.set()
+    done(work)
+    assert "changed while it was verified" in work.steps("monday")["verified"].report
+    with pytest.raises(CommissioningError, match="not verified"):
+        work.confirm("monday", "anna")
+
+
+def test_a_candidate_that_is_exchanged_before_it_is_read_is_not_confirmed(work, commands, monkeypatch):
+    candidate = verified(work)
+    steps = work.steps("monday")
+    monkeypatch.setattr(work, "steps", lambda _: steps)
+    candidate.write_text("another")
+    with pytest.raises(CommissioningError, match="not the one that was verified"):
+        work.confirm("monday", "anna")
+    assert work.rig.read_text() == "old rig"
+
+
+def test_nothing_is_confirmed_while_a_step_is_being_worked_on(work, commands):
+    verified(work)
+    commands.goes_on.clear()
+    work.verify("monday", "anna", "master", 120.0, 0.0)
+    with pytest.raises(CommissioningError, match="still being worked on"):
+        work.confirm("monday", "anna")
+    commands.goes_on.set()
+    done(work)
+
+
+def test_a_torn_line_of_the_log_hides_no_other(work, commands):
+    verified(work)
+    work.confirm("monday", "anna")
+    with (work.folder / LOG_FILE).open("ab") as file:
+        file.write('{"when": "2026-11-29", "who": "J\u00f6'.encode()[:-1])
+    assert [row["who"] for row in work.log()] == ["anna"]
+    work.confirm("monday", "berta")
+    assert [row["who"] for row in work.log()] == ["berta", "anna"]
 
 
 def test_one_step_at_a_time(work, commands):
