@@ -17,7 +17,7 @@
     +-- ArchiveError              archives.recordings        a folder of recordings cannot be measured
     +-- LearnedReferencesError ingot.learned_references    no usable history of references
     +-- HistoryError              history.schema             the history cannot be read
-    +-- ParquetMissingError       history.export             the library of Parquet files is not installed
+    +-- ParquetMissingError       files.parquet              the library of Parquet files is not installed
     +-- ReportMissingError        reports.pages              a library that makes pages is not installed
     +-- StudyError                verification.gauge_study   measurements are no gauge study
     +-- PlcInputsError            conformity.plc_inputs      what the PLC had written cannot be read again

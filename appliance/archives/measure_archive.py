@@ -9,6 +9,7 @@ from appliance.archives.parquet import write_archive
 from appliance.archives.parts import Parts, Rows
 from appliance.archives.recordings import find_recordings
 from appliance.archives.workers import Measure, by_dask, by_processes
+from appliance.archives.workers import failed as failed_row
 
 
 class ArchiveResult(NamedTuple):
@@ -71,7 +72,9 @@ def measure_archive(
     """
     recordings = find_recordings(archive)
     parts = Parts(output, options)
-    open_ones = [one for one in recordings if not _is_measured(parts.read(one))]
+    # as they are before they are measured: the rows of one that changes meanwhile are not those of what it has become
+    places = {one: parts.place(one) for one in recordings}
+    open_ones = [one for one in recordings if not _is_measured(parts.read(places[one]))]
     done = resumed = len(recordings) - len(open_ones)
     show(done, len(recordings))
     if dask:
@@ -79,7 +82,7 @@ def measure_archive(
     else:
         workers = by_processes(measure, open_ones, processes or _processors())
     for recording, rows in workers:
-        parts.write(recording, rows)
+        parts.write(places[recording], rows)
         done += 1
         show(done, len(recordings))
     names = {one: str(one.relative_to(archive)) for one in recordings}
@@ -89,7 +92,7 @@ def measure_archive(
     def all_rows() -> Iterator[tuple[str, Rows]]:
         nonlocal frames
         for recording, name in names.items():
-            rows = parts.read(recording) or []
+            rows = parts.read(places[recording]) or [failed_row("its part is gone; measure again")]
             for row in rows:
                 if row.get("error"):
                     failed[name] = str(row["error"])

@@ -33,24 +33,25 @@ class Parts:
         self.folder.mkdir(parents=True, exist_ok=True)
         self._options = json.dumps(options, sort_keys=True)
 
-    def read(self, recording: Path) -> Rows | None:
-        """Rows of a recording; None if it was not measured yet, or has changed since."""
+    def read(self, place: Path) -> Rows | None:
+        """Rows of a recording by its place; None if it was not measured yet, or has changed since."""
         try:
-            rows: Rows = json.loads(self._place(recording).read_text(encoding="utf-8"))
+            rows: Rows = json.loads(place.read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return None
         return rows
 
-    def write(self, recording: Path, rows: Rows) -> None:
-        """Keep the rows of a recording; raises `OSError`."""
-        with whole_file(self._place(recording)) as file:
+    def write(self, place: Path, rows: Rows) -> None:
+        """Keep the rows of a recording at its place; raises `OSError`."""
+        with whole_file(place) as file:
             json.dump(rows, file, allow_nan=False)
 
     def remove(self) -> None:
         """Delete all parts."""
         shutil.rmtree(self.folder, ignore_errors=True)
 
-    def _place(self, recording: Path) -> Path:
+    def place(self, recording: Path) -> Path:
+        """Where the rows of a recording belong as its files are now; one that changes gets another place."""
         files = sorted(path for path in recording.rglob("*") if path.is_file())
         stats = [(str(path.relative_to(recording)), path.stat().st_size, path.stat().st_mtime_ns) for path in files]
         key = json.dumps([self._options, str(recording.resolve()), stats])

@@ -37,27 +37,34 @@ def by_processes(measure: Measure, recordings: Sequence[Path], processes: int) -
     lost = dict.fromkeys(recordings, 0)
     waiting = list(recordings)
     while waiting:
+        # what was in work when a worker was lost goes on its own: then the recording that loses it is known
+        suspects = [one for one in waiting if lost[one]]
         done: set[Path] = set()
-        # one at a time once a worker was lost: then the recording that loses it is known
-        workers = 1 if any(lost.values()) else processes
-        context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(workers, mp_context=context) as pool:
-            futures: dict[Future[Rows], Path] = {pool.submit(measure, one): one for one in waiting}
-            for future in as_completed(futures):
-                recording = futures[future]
-                try:
-                    rows = future.result()
-                except BrokenProcessPool:
-                    continue
-                done.add(recording)
-                yield recording, rows
-        left = [one for one in waiting if one not in done]
-        if left:
-            lost[left[0]] += 1
-            if lost[left[0]] > LOST_MOST:
-                yield left[0], [failed("the process that measured it ended each time; its pictures may be damaged")]
-                left = left[1:]
-        waiting = left
+        for recording, rows in _by_pool(measure, suspects or waiting, 1 if suspects else processes):
+            done.add(recording)
+            yield recording, rows
+        waiting = [one for one in waiting if one not in done]
+        for one in [one for one in suspects or waiting if one not in done][: 1 if suspects else processes]:
+            lost[one] += 1
+            if lost[one] > LOST_MOST:
+                waiting.remove(one)
+                yield one, [failed("the process that measured it ended each time; its pictures may be damaged")]
+
+
+def _by_pool(measure: Measure, recordings: Sequence[Path], workers: int) -> Iterator[tuple[Path, Rows]]:
+    """What a pool of processes measures until it is done or has lost one."""
+    pool = ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn"))
+    try:
+        futures: dict[Future[Rows], Path] = {pool.submit(measure, one): one for one in recordings}
+        for future in as_completed(tuple(futures)):
+            recording = futures.pop(future)  # and its rows with it, once they are handed on
+            try:
+                rows = future.result()
+            except BrokenProcessPool:
+                continue
+            yield recording, rows
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def by_dask(measure: Measure, recordings: Sequence[Path], address: str) -> Iterator[tuple[Path, Rows]]:
@@ -88,15 +95,13 @@ def by_dask(measure: Measure, recordings: Sequence[Path], address: str) -> Itera
     except (OSError, ValueError) as error:
         raise ArchiveError(f"--dask {address}: no scheduler answers there; start one with dask scheduler") from error
     with client:
-        futures = {
-            client.submit(measure, one, pure=False, retries=LOST_MOST, key=f"hotgauge-{number}-{one.name}"): one
-            for number, one in enumerate(recordings)
-        }
-        for future in distributed.as_completed(futures):
+        futures = {client.submit(measure, one, pure=False, retries=LOST_MOST): one for one in recordings}
+        for future in distributed.as_completed(tuple(futures)):
+            recording = futures.pop(future)  # with which the cluster forgets its rows
             if future.status == "finished":
-                yield futures[future], future.result()
+                yield recording, future.result()
             else:
-                yield futures[future], [failed(f"the cluster gave it up: {future.exception()}")]
+                yield recording, [failed(f"the cluster gave it up: {future.exception()}")]
 
 
 def failed(why: str) -> dict[str, Any]:

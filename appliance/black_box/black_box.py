@@ -153,7 +153,6 @@ class BlackBox:
             "why": list(dict.fromkeys(cause.why for cause in causes)),
             "utc_ms": round(1000 * first.utc_s),
             "version": importlib.metadata.version("hotgauge"),
-            "stamped": isinstance(pair := exposures[0].exposed, FramePair) and pair.stamped,
             "carried": [number if math.isfinite(number) else None for number in exposures[0].carried],
         }
         files = {BOX_FILE: (json.dumps(described, indent=1) + "\n").encode(), **self.files}

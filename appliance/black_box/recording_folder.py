@@ -1,7 +1,5 @@
 """Writes exposures as a recording: pictures without loss, their coding, time stamps and readings."""
 
-import csv
-import dataclasses
 import json
 import os
 import shutil
@@ -16,9 +14,10 @@ from numpy.typing import NDArray
 
 from appliance.black_box.picture_memory import KeptExposure, is_apart
 from appliance.cameras.recording.names import SIDES
-from appliance.cameras.recording.stored_coding import CODINGS_FILE, MEASURED_FOLDER, PLAIN_CODINGS
+from appliance.cameras.recording.stored_coding import CODINGS_FILE, MEASURED_FOLDER, PLAIN_CODINGS, codings_document
+from appliance.cameras.recording.time_stamps import STAMPS_FILE, Stamps, stamps_table
 from appliance.cameras.source import FramePair
-from vision.sent_picture import SentPicture
+from vision.sent_picture import Coding, SentPicture
 
 FAST_PNG = (cv2.IMWRITE_PNG_COMPRESSION, 1)  # a third of the time of level 3, for a file that is 5 % larger
 PARTIAL = ".partial-"
@@ -53,8 +52,8 @@ def write_recording(place: Path, exposures: deque[KeptExposure], files: Mapping[
 
 
 def _write_exposures(folder: Path, exposures: deque[KeptExposure]) -> None:
-    stamps: list[tuple[int, int, int]] = []
-    codings: dict[str, list[dict[str, Any]]] = {}
+    stamps: dict[int, Stamps] = {}
+    codings: dict[str, list[Coding]] = {}
     rows: list[str] = []
     number = 0
     while exposures:
@@ -64,17 +63,17 @@ def _write_exposures(folder: Path, exposures: deque[KeptExposure]) -> None:
         for side, picture in zip(sides, kept.pictures, strict=True):
             _write_picture(folder, Path(side) / f"{name}.png", picture)
         if any(picture.coding not in PLAIN_CODINGS for picture in kept.pictures):
-            codings[name] = [dataclasses.asdict(picture.coding) for picture in kept.pictures]
+            codings[name] = [picture.coding for picture in kept.pictures]
         if isinstance(kept.exposed, FramePair):
-            stamps.append((number, kept.exposed.left_us, kept.exposed.right_us))
+            stamps[number] = Stamps.of(kept.exposed)
         moment = {"sequence": kept.exposed.sequence, "exposed_utc_ms": kept.exposed.exposed_utc_ms}
         rows += [json.dumps(row | {"frame": number} | moment, allow_nan=False) for row in kept.rows()]
         number += 1
     _write(folder / "readings.jsonl", "".join(f"{row}\n" for row in rows).encode())
     if stamps:
-        _write_stamps(folder / "timestamps.csv", stamps)
+        _write(folder / STAMPS_FILE, stamps_table(stamps))
     if codings:
-        _write(folder / MEASURED_FOLDER / CODINGS_FILE, json.dumps(codings, indent=1).encode())
+        _write(folder / MEASURED_FOLDER / CODINGS_FILE, codings_document(codings))
 
 
 def _write_picture(folder: Path, name: Path, picture: SentPicture) -> None:
@@ -85,11 +84,6 @@ def _write_picture(folder: Path, name: Path, picture: SentPicture) -> None:
 
 def _png(image: NDArray[Any]) -> bytes:
     return cv2.imencode(".png", np.ascontiguousarray(image), FAST_PNG)[1].tobytes()
-
-
-def _write_stamps(path: Path, stamps: list[tuple[int, int, int]]) -> None:
-    with path.open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file, lineterminator="\n").writerows([("frame", "left_us", "right_us"), *stamps])
 
 
 def _write(path: Path, content: bytes) -> None:

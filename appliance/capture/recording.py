@@ -1,15 +1,16 @@
 """`hotgauge capture recording`: what the cameras send in N seconds, without loss, as a recording.
 
-Grey, colour and mosaic pictures become PNG; luma of a network stream becomes FFV1 (RFC 9043), which keeps its planes,
-its range and its matrix, so that it is measured as if it came from the camera.
+Grey, colour and mosaic pictures become PNG; luma becomes FFV1 (RFC 9043), which keeps its planes, its range and its
+matrix. How pictures were compressed on their way stands beside them (`measured/codings.json`), and whether the cameras
+shared a clock stands with their time stamps, so that they are measured as if they came from the camera.
 """
 
-import csv
-import io
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple, Protocol, Self
 
+from appliance.cameras.recording.stored_coding import CODINGS_FILE, MEASURED_FOLDER, PLAIN_CODINGS, codings_document
+from appliance.cameras.recording.time_stamps import STAMPS_FILE, Stamps, stamps_table
 from appliance.cameras.settings import LivenessSettings
 from appliance.cameras.source import Frame, FramePair, PairSource, PictureSource
 from appliance.capture.believed_pairs import believed
@@ -17,7 +18,7 @@ from appliance.capture.console import Console
 from appliance.capture.error import CaptureError
 from appliance.capture.luma_video import LumaVideo
 from appliance.capture.picture_writer import keep_coding, write_picture, write_whole
-from vision.sent_picture import SentPicture
+from vision.sent_picture import Coding, SentPicture
 
 SIDES = ("left", "right")
 LOST_MOST_SHARE = 0.05  # chosen: from here on the sentence at the end says that the computer is too slow
@@ -99,7 +100,8 @@ class _Recorder:
         self._folder = folder
         self._first: FramePair | Frame | None = None
         self._tracks: list[_Track] = []
-        self._stamps: list[tuple[int, int, int]] = []
+        self._stamps: dict[int, Stamps] = {}
+        self._codings: dict[str, list[Coding]] = {}
         self.frames = self.lost = 0
         self.size = (0, 0)
 
@@ -112,7 +114,9 @@ class _Recorder:
         for track in self._tracks:
             track.close()
         if self._stamps:
-            self._write_stamps()
+            write_whole(self._folder / STAMPS_FILE, stamps_table(self._stamps))
+        if self._codings:
+            write_whole(self._folder / MEASURED_FOLDER / CODINGS_FILE, codings_document(self._codings))
 
     def seconds_at(self, exposed: FramePair | Frame) -> float:
         """Time from the first exposure to this one."""
@@ -135,16 +139,17 @@ class _Recorder:
         for write in writes:
             write.result()
         if isinstance(exposed, FramePair):
-            self._stamps.append((number, exposed.left_us, exposed.right_us))
+            self._stamps[number] = Stamps.of(exposed)
+        codings = [picture.coding for picture in pictures]
+        if any(_is_told_apart(coding) for coding in codings):
+            self._codings[f"{number:06}"] = codings
         self.lost = exposed.dropped - self._first.dropped
         self.frames += 1
 
-    def _write_stamps(self) -> None:
-        text = io.StringIO()
-        table = csv.writer(text, lineterminator="\n")
-        table.writerow(("frame", "left_us", "right_us"))
-        table.writerows(self._stamps)
-        write_whole(self._folder / "timestamps.csv", text.getvalue().encode())
+
+def _is_told_apart(coding: Coding) -> bool:
+    """Whether a coding is stored: a PNG of limited range was stretched, so that its code values are others."""
+    return coding not in PLAIN_CODINGS and (coding.samples == "luma" or coding.full_range)
 
 
 def _pictures(exposed: FramePair | Frame) -> tuple[SentPicture, ...]:

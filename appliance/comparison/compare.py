@@ -1,5 +1,6 @@
 """`hotgauge compare`: readings of a recording against its truth, as a table and a plot."""
 
+from collections import Counter
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -27,7 +28,7 @@ def compare(readings: Path, truth: Path, plot: Path | None = None) -> list[str]:
     Raises
     ------
     ComparisonError
-        A file cannot be read, readings and truth are not of one kind, or they share no frame.
+        A file cannot be read, readings and truth are not of one kind, they share no frame, or bars lie side by side.
     PlotsMissingError
         `plot` is given and Matplotlib is not installed.
     OSError
@@ -53,6 +54,12 @@ def _ends(rows: list[dict[str, Any]], truth: dict[int, EndTruth], plot: Path | N
 
 
 def _sizes(rows: list[dict[str, Any]], known: Any, plot: Path | None) -> list[str]:
+    times = Counter(row.get("frame") for row in rows)
+    if side_by_side := [frame for frame in known if times[frame] > 1]:
+        raise ComparisonError(
+            f"frame {side_by_side[0]} has readings of {times[side_by_side[0]]} bars and the truth one diameter; "
+            "compare a recording of one bar at a time"
+        )
     sizes = Sizes.of(rows, known)
     if plot is not None:
         plot_sizes(sizes, plot)

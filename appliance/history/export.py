@@ -5,24 +5,16 @@ Each time is two columns: `..._utc` and `..._local`, the latter in this computer
 
 import csv
 import functools
-import importlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from appliance.errors import HotgaugeError
-from appliance.files.atomic_file import whole_file, whole_place
+from appliance.files import parquet
+from appliance.files.atomic_file import whole_file
 from appliance.history.tables import Column, Table, Value
 from plc.codes import Decision
 from vision.reasons import Reason
-
-ROWS_IN_A_GROUP = 50_000  # of a Parquet file: what is held in memory at once
-
-
-class ParquetMissingError(HotgaugeError):
-    """The library that writes Parquet is not installed; the message says what to do."""
-
 
 Exported = dict[str, Any]  # datetime, str, int, float, bool or None, as `column_kinds` says
 
@@ -85,37 +77,7 @@ def write_parquet(table: Table, rows: Iterable[dict[str, Value]], output: Path) 
     ------
     ParquetMissingError
     """
-    try:  # here and not at the top: a quarter of a second that only Parquet is worth
-        pa: Any = importlib.import_module("pyarrow")
-        pq: Any = importlib.import_module("pyarrow.parquet")
-    except ImportError as error:
-        words = "Parquet needs pyarrow, which is not installed; pip install pyarrow, or write CSV"
-        raise ParquetMissingError(f"{output}: {words}") from error
-    types: dict[str, Any] = {
-        "utc": pa.timestamp("ms", tz="UTC"),
-        "text": pa.string(),
-        "integer": pa.int64(),
-        "number": pa.float64(),
-        "truth": pa.bool_(),
-    }
-    schema = pa.schema([(name, types[kind]) for name, kind in column_kinds(table).items()])
-    written = 0
-    with whole_place(output) as place, pq.ParquetWriter(place, schema) as writer:
-        for group in _groups(table, rows):
-            writer.write_table(pa.Table.from_pylist(group, schema=schema))
-            written += len(group)
-    return written
-
-
-def _groups(table: Table, rows: Iterable[dict[str, Value]]) -> Iterator[list[Exported]]:
-    group: list[Exported] = []
-    for row in rows:
-        group.append(exported(table, row))
-        if len(group) == ROWS_IN_A_GROUP:
-            yield group
-            group = []
-    if group:
-        yield group
+    return parquet.write_parquet(output, column_kinds(table), (exported(table, row) for row in rows))
 
 
 def _times(name: str, utc_ms: Value) -> Exported:

@@ -3,11 +3,12 @@
 The supervisor runs it as `python -m appliance.ingot.station DESCRIPTOR`; see `appliance.processes.station_process`.
 """
 
-import contextlib
+import logging
 import threading
 import time
 from functools import partial
 
+import cv2
 import numpy as np
 from pydantic import TypeAdapter
 
@@ -30,6 +31,8 @@ from vision.readings import OrientationReading
 
 PICTURE_TIMEOUT_S = 0.2  # chosen
 RETRY_PAUSE_S = 1.0  # chosen: pause after equipment trouble
+
+logger = logging.getLogger("hotgauge.ingot")
 
 
 def main() -> None:
@@ -75,7 +78,7 @@ def _read(
 ) -> None:
     source = settings.camera.make_source()
     view = _view(settings)
-    black_box.files = _recorded_settings(settings)
+    black_box.files = _recorded_settings(settings, view)
     learning = _learning(settings)
     preview = PreviewWriter("ingot")
     reader: OrientationReader | None = None
@@ -96,9 +99,13 @@ def _read(
             preview.offer([frame.picture], partial(_lines, reading), _figures(reading, frame))
             message = ingots.report(frame, reading, elapsed_ms, dropped=link.dropped, simulated=source.simulated)
             link.send(message.model_copy(update={"faults": verdict.faults, "not_kept": black_box.trouble}))
-            with contextlib.suppress(OSError):  # a full disk costs what could be learned, not the readings
+            try:
                 if learning is not None and learning.add(frame.sequence, frame.picture, reading, ingots.current):
                     view, reader = _view(settings), None
+                    black_box.files = _recorded_settings(settings, view)
+            except OSError as error:  # a full disk costs what could be learned, not the readings
+                learning = None
+                logger.warning("references are not learned until the station starts again: %s", error)
 
 
 def _learning(settings: IngotSettings) -> Learning | None:
@@ -112,13 +119,15 @@ def _rows(number: int, reading: OrientationReading) -> list[Row]:
     return [frame_row(number, reading)]
 
 
-def _recorded_settings(settings: IngotSettings) -> dict[str, bytes]:
-    """Settings and references, by path in a recording of the black box; read again by `hotgauge orient`."""
+def _recorded_settings(settings: IngotSettings, view: IngotView) -> dict[str, bytes]:
+    """Settings and references in use, by path in a recording of the black box; read again by `hotgauge orient`."""
     files = {"settings.json": settings.model_dump_json(indent=1).encode()}
     if settings.references is not None:
-        for path in settings.references.iterdir():
-            if path.name in {"top.png", "bottom.png", "roi.json"}:
-                files[f"references/{path.name}"] = path.read_bytes()
+        for name, picture in (("top", view.references.top), ("bottom", view.references.bottom)):
+            files[f"references/{name}.png"] = cv2.imencode(".png", picture)[1].tobytes()
+        regions = settings.references / "roi.json"
+        if regions.is_file():
+            files["references/roi.json"] = regions.read_bytes()
     return files
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from appliance.files.atomic_file import whole_file
 from appliance.reproduction.experiment import Plot, Section, Table
-from appliance.sizing.figures import DOTS_PER_INCH, figure_class
+from appliance.sizing.figures import figure_class, save_figure
 
 PAGE, TEXT, FIGURES = "report.html", "report.md", "figures"
 TITLE = "The dissertation made again"
@@ -78,7 +78,7 @@ def _draw(plot: Plot, path: Path) -> None:
     axes.grid(alpha=0.3)
     if axes.get_legend_handles_labels()[0]:
         axes.legend(fontsize="small")
-    figure.savefig(path, dpi=DOTS_PER_INCH)
+    save_figure(figure, path)
 
 
 def _markdown(sections: Sequence[Section], *, quick: bool) -> str:

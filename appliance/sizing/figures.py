@@ -27,16 +27,17 @@ def figure_class() -> Any:  # its stubs leave most argument types open
 
 
 def save_figure(figure: Any, path: Path) -> None:
-    """Write a figure as PNG, whole or not at all; raises `OSError` that names the file.
+    """Write a figure whole or not at all; raises `OSError` that names the file.
 
     Parameters
     ----------
     figure : Figure
     path : Path
+        Its suffix is the format: PNG, PDF or SVG.
     """
     with whole_place(path) as place:
         try:
-            figure.savefig(place, format="png", dpi=DOTS_PER_INCH)
+            figure.savefig(place, format=path.suffix[1:].lower(), dpi=DOTS_PER_INCH)
         except OSError as error:  # of a full disk, which names no file
             raise OSError(error.errno, error.strerror, str(path)) from error
 

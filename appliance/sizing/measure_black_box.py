@@ -6,8 +6,9 @@ from pathlib import Path
 from tqdm import tqdm
 
 from appliance.cameras.recording.names import SIDES
-from appliance.cameras.recording.pairs import Recording, read_stamps
+from appliance.cameras.recording.pairs import Recording
 from appliance.cameras.recording.pictures import PictureRecording
+from appliance.cameras.recording.time_stamps import read_stamps
 from appliance.cameras.source import Frame, FramePair
 from appliance.files.atomic_file import whole_file
 from appliance.files.row_writer import row_writer
@@ -35,11 +36,11 @@ def measure_black_box(recording: Path, output: Path) -> list[str]:
     OSError
         `output` cannot be written.
     """
-    settings, gauge, stamped = recorded_gauge(recording)
+    settings, gauge = recorded_gauge(recording)
     summary = Summary()
     with whole_file(output) as file:
         write = row_writer(output, file, EXACT_COLUMNS)
-        for exposed in tqdm(_exposures(recording, stamped=stamped), unit="frame", disable=None):
+        for exposed in tqdm(_exposures(recording), unit="frame", disable=None):
             readings, elapsed_ms = gauge.measure_exposed(exposed)
             for reading in readings:
                 adjusted = settings.adjustment.adjusted(reading)
@@ -48,7 +49,7 @@ def measure_black_box(recording: Path, output: Path) -> list[str]:
     return summary.lines()
 
 
-def _exposures(recording: Path, *, stamped: bool) -> Iterator[FramePair | Frame]:
+def _exposures(recording: Path) -> Iterator[FramePair | Frame]:
     """Exposures of two cameras or of one, as the gauge had them; moments do not count."""
     if not (recording / SIDES[0]).is_dir():
         for number, picture in PictureRecording(recording):
@@ -56,7 +57,7 @@ def _exposures(recording: Path, *, stamped: bool) -> Iterator[FramePair | Frame]
         return
     stamps = read_stamps(recording)
     for number, left, right in Recording(recording):
-        left_us, right_us = stamps[number]
+        left_us, right_us, stamped = stamps[number]
         yield FramePair(
             left.shown,
             right.shown,

@@ -38,8 +38,8 @@ def brings_settings(recording: Path) -> bool:
     return (recording / SETTINGS_FILE).is_file() and (recording / BOX_FILE).is_file()
 
 
-def recorded_gauge(recording: Path) -> tuple[SizingMethod, TimedReader, bool]:
-    """Settings and gauge of a recording of the black box, as before its first frame, and whether cameras gave stamps.
+def recorded_gauge(recording: Path) -> tuple[SizingMethod, TimedReader]:
+    """Settings and gauge of a recording of the black box, as before its first frame.
 
     Parameters
     ----------
@@ -55,13 +55,12 @@ def recorded_gauge(recording: Path) -> tuple[SizingMethod, TimedReader, bool]:
     try:
         text = (recording / SETTINGS_FILE).read_text(encoding="utf-8")
         settings = TypeAdapter[SizingMethod](Sizing).validate_json(text, context={"folder": recording})
-        told = json.loads((recording / BOX_FILE).read_text(encoding="utf-8"))
-        carried, stamped = told["carried"], bool(told["stamped"])
+        carried = json.loads((recording / BOX_FILE).read_text(encoding="utf-8"))["carried"]
         gauge = settings.make_gauge(_nothing)
         gauge.resume([math.nan if number is None else float(number) for number in carried])
     except (OSError, ValidationError, ValueError, KeyError, TypeError) as error:
         raise CameraError(f"{recording}: its settings cannot be used ({error}); copy the recording again") from error
-    return settings, gauge, stamped
+    return settings, gauge
 
 
 def _nothing() -> None:

@@ -12,6 +12,7 @@ from vision.calibration.rig import SIDES, Rig
 GIVE_ONE_NUMBER = "give both pictures of a moment the same number"
 NOT_OF_ONE_MOMENT = "left and right do not fit together"
 NAMES_SHOWN = 4  # of pictures with one reason
+COVERED_LEAST, TILT_LEAST_DEG = 0.3, 25.0  # chosen: share of a picture, and difference of tilts, without a warning
 LEAST_PAIRS = 6  # chosen: boards that both cameras must have seen
 HEIGHT_SIGMAS = 4.0  # chosen: the high board may be off board.json by 4 standard uncertainties
 
@@ -140,7 +141,7 @@ def limits(rig: Rig, views: Sequence[View], boards: Sequence[Pose]) -> list[Limi
     for side, camera in enumerate((rig.left, rig.right)):
         covered = _covered(np.concatenate([v.corners_px for v in views if v.side == side]), camera.image_size)
         text = f"the boards cover {100.0 * covered:.0f} % of the {SIDES[side]} picture: show them in its corners too"
-        found.append(Limit(-covered, -0.3, -0.1, text))
+        found.append(Limit(-covered, -COVERED_LEAST, -0.1, text))
         relative_u = float(np.sqrt(rig.covariance[15 * side, 15 * side]) / camera.K[0, 0])
         text = f"the {SIDES[side]} focal length is known to {100.0 * relative_u:.2f} % only: more boards, more tilt"
         found.append(Limit(relative_u, 0.005, 0.02, text))
@@ -217,7 +218,9 @@ def check_height(measured_mm: float, u_mm: float, expected_mm: float) -> None:
 def _tilt(boards: Sequence[Pose]) -> Limit:
     normals = np.array([pose.R[:, 2] for pose in boards])
     degrees = float(np.degrees(np.arccos(np.clip((normals @ normals.T).min(), -1.0, 1.0))))
-    return Limit(-degrees, -25.0, -10.0, f"the boards' tilts differ by {degrees:.0f} degrees only: tilt them more")
+    return Limit(
+        -degrees, -TILT_LEAST_DEG, -10.0, f"the boards' tilts differ by {degrees:.0f} degrees only: tilt them more"
+    )
 
 
 def _baseline(rig: Rig, boards: Sequence[Pose]) -> Limit:

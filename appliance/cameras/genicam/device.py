@@ -125,6 +125,8 @@ class Device:
             self._camera.get_device().connect("control-lost", self._lose)
             self._chunks = self._camera.create_chunk_parser() if settings.chunk_data else None
             self._camera.start_acquisition()
+        except OSError as error:
+            raise CameraError(f"{self._name}: {error.strerror}; check cable and network") from error
         except GLib.Error as error:
             raise CameraError(f"{self._name}: {_sentence(error)}; check cable, power and other programs") from None
 

@@ -144,6 +144,7 @@ class _VideoFrames:
 
     def __init__(self, folder: Path, videos: Sequence[Path]) -> None:
         self._videos = [VideoFile(path) for path in videos]
+        self._stored = StoredCodings(folder)
         counts = [video.announced for video in self._videos]
         if len(set(counts)) > 1:
             left, right = self._videos
@@ -161,7 +162,12 @@ class _VideoFrames:
         if len(there) < len(pictures):
             short = self.place(pictures.index(None), position)
             raise CameraError(f"{short}: ends before the other video; cut both to the same frames")
-        return position, there
+        sides = SIDES if len(there) > 1 else ("",)
+        name = f"{position:06}"
+        return position, tuple(
+            self._stored.of(picture, name, side, camera)
+            for camera, (picture, side) in enumerate(zip(there, sides, strict=True))
+        )
 
     def place(self, camera: int, number: int) -> str:
         return f"{self._videos[camera].path}, frame {number}"

@@ -1,7 +1,6 @@
 """Recorded image pairs: two folders of pictures or two video files, as a camera or one after the other."""
 
 import bisect
-import csv
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Generic, Self, TypeVar
@@ -9,10 +8,9 @@ from typing import Generic, Self, TypeVar
 from appliance.cameras.pacing import Pacer, device_us, utc_ms
 from appliance.cameras.recording.frames import open_pair
 from appliance.cameras.recording.names import stretch_starts
+from appliance.cameras.recording.time_stamps import STAMPS_FILE, Stamps, read_stamps
 from appliance.cameras.source import CameraError, EndOfRecording, FramePair
 from vision.sent_picture import SentPicture
-
-STAMPS_FILE = "timestamps.csv"
 
 Recorded = TypeVar("Recorded")
 
@@ -149,8 +147,8 @@ class RecordingSource:
     Parameters
     ----------
     folder : Path
-        As for `Recording`; with `timestamps.csv` (`frame,left_us,right_us`) for the device time stamps, which
-        are otherwise those of a steady clock.
+        As for `Recording`; with a `timestamps.csv` for the device time stamps, which are otherwise those of a
+        steady clock.
     rate_hz : float
         Pairs per second in real time; 0 delivers every pair as fast as it is asked for.
     loop : bool
@@ -194,20 +192,20 @@ class RecordingSource:
             return None
         sequence, moment_s = due
         number, left, right = self._laps.frame(sequence)
-        left_us, right_us = self._stamps.of(number, sequence, self._laps.lap)
+        stamps = self._stamps.of(number, sequence, self._laps.lap)
         repeated, self._last = number == self._last, number
         return FramePair(
             left.shown,
             right.shown,
             sent=(left, right),
             sequence=sequence,
-            left_us=left_us,
-            right_us=right_us,
+            left_us=stamps.left_us,
+            right_us=stamps.right_us,
             exposed_monotonic_s=moment_s,
             exposed_utc_ms=utc_ms(moment_s),
             dropped=self._pacer.dropped,
             repeated=repeated,
-            stamped=self._stamps.measured,
+            stamped=stamps.stamped,
             stretch=self._laps.stretch,
         )
 
@@ -220,52 +218,25 @@ class _Stamps:
         self._rate_hz = rate_hz
         self._table = read_stamps(folder) if self._path.is_file() else None
 
-    @property
-    def measured(self) -> bool:
-        """Whether they are those of `timestamps.csv`."""
-        return self._table is not None
-
     def moments(self, numbers: Iterable[int]) -> list[int]:
         """What tells how much time lies between frames: their stamps where there are any, else their numbers."""
         table = self._table
         return list(numbers) if table is None else [table[number][0] for number in numbers if number in table]
 
-    def of(self, number: int, sequence: int, lap: int) -> tuple[int, int]:
-        """Time stamps of both exposures of a frame, µs."""
+    def of(self, number: int, sequence: int, lap: int) -> Stamps:
+        """Time stamps of both exposures of a frame."""
         if self._table is None:
             steady_us = device_us(sequence, self._rate_hz)
-            return steady_us, steady_us
+            return Stamps(steady_us, steady_us, stamped=False)
         if number not in self._table:
             raise CameraError(f"{self._path}: no row for frame {number}; complete the file or remove it")
         moved_us = lap * _lap_us(self._table)
-        left_us, right_us = self._table[number]
-        return left_us + moved_us, right_us + moved_us
+        left_us, right_us, stamped = self._table[number]
+        return Stamps(left_us + moved_us, right_us + moved_us, stamped)
 
 
-def _lap_us(table: dict[int, tuple[int, int]]) -> int:
+def _lap_us(table: dict[int, Stamps]) -> int:
     """Time from the first frame of a lap to that of the next, one mean period after the last frame."""
-    stamps = [left_us for left_us, _ in table.values()]
+    stamps = [stamps.left_us for stamps in table.values()]
     span_us = max(stamps) - min(stamps)
     return span_us + span_us // max(1, len(stamps) - 1)
-
-
-def read_stamps(folder: Path) -> dict[int, tuple[int, int]]:
-    """Time stamps of both cameras by frame, µs, of a recording's `timestamps.csv`; none without that file.
-
-    Raises
-    ------
-    CameraError
-        The file is no table of whole numbers, or one is too large.
-    """
-    path = folder / STAMPS_FILE
-    if not path.is_file():
-        return {}
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = list(csv.DictReader(file))
-        return {int(row["frame"]): (int(row["left_us"]), int(row["right_us"])) for row in rows}
-    except (OSError, ValueError, KeyError, TypeError, csv.Error) as error:
-        raise CameraError(
-            f"{path}: not a table of whole numbers with the columns frame,left_us,right_us ({error!r}); "
-            "correct the file or remove it"
-        ) from error

@@ -1,22 +1,29 @@
 """Code values and codings that a recording keeps beside the pictures that people see.
 
 `measured/codings.json` holds the coding of each picture that is not plain, by the name of its frame, left first;
-`measured/left/000000.png` holds the code values that were measured where they are not those that are shown. The black
-box writes both, so that pictures which came as JPEG or video are measured again as they were sent.
+`measured/left/000000.png` holds the code values that were measured where they are not those of the frame's own file.
+The black box and `hotgauge capture` write them, so that pictures which came as JPEG or video are measured again as they
+were sent.
 """
 
 import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import cv2
-
+from appliance.cameras.recording.picture_file import read_picture
 from appliance.cameras.source import CameraError
 from vision.sent_picture import Coding, SentPicture, sent_picture
 
 MEASURED_FOLDER = "measured"
 CODINGS_FILE = "codings.json"
 PLAIN_CODINGS = (Coding("grey"), Coding("colour"))
+
+
+def codings_document(codings: Mapping[str, Sequence[Coding]]) -> bytes:
+    """Content of `codings.json`: the codings of frames by their names, left first."""
+    return json.dumps({name: [asdict(one) for one in both] for name, both in codings.items()}, indent=1).encode()
 
 
 class StoredCodings:
@@ -51,7 +58,7 @@ class StoredCodings:
         Parameters
         ----------
         picture : SentPicture
-            As its own file says.
+            As its own file says; its code values are kept unless others are stored.
         name : str
             Of its frame.
         side : str
@@ -67,11 +74,10 @@ class StoredCodings:
         if name not in self._codings:
             return picture
         path = self._folder / side / f"{name}.png"
-        codes: Any = picture.shown  # OpenCV's own types name every number there is
-        if path.is_file():
-            codes = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
-        if codes is None or codes.shape[:2] != picture.shown.shape[:2]:
-            raise CameraError(f"{path}: unreadable, or of another size than what is shown; copy the recording again")
+        stored = read_picture(path) if path.is_file() else picture
+        if stored.size != picture.size:
+            raise CameraError(f"{path}: of another size than what is shown; copy the recording again")
+        codes = stored.measured if stored.measured.shape[2] == 3 else stored.measured[:, :, 0]
         try:
             return sent_picture(codes, self._codings[name][index], picture.shown)
         except (ValueError, IndexError) as error:

@@ -6,11 +6,10 @@ from pathlib import Path
 from appliance.cameras.recording.picture_file import read_picture, read_told_coding
 from appliance.capture.boards.judged_pairs import Judged, judge_pair
 from appliance.capture.picture_writer import keep_coding, write_picture
+from vision.calibration.acceptance import COVERED_LEAST, TILT_LEAST_DEG
 from vision.calibration.board_judgement import Array, Seen, is_new, seen_so_far
 from vision.calibration.checkerboard import Board
 from vision.calibration.rig import SIDES
-
-COVERED_LEAST, TILT_LEAST_DEG = 0.3, 25.0  # below these `calibrate` gives a warning: vision/calibration/acceptance.py
 
 
 class Poses:

@@ -16,7 +16,7 @@ from appliance.command_options import CommandError
 from appliance.errors import HotgaugeError
 
 EXIT_SOME_FAILED = 1
-DECIDES_NOTHING = frozenset({"run", "recording", "output", "processes", "dask", "rig", "background", "config"})
+DECIDES_NOTHING = frozenset({"run", "recording", "output", "processes", "dask"})
 
 
 def add_archive(command: argparse.ArgumentParser) -> None:
@@ -44,7 +44,7 @@ def run_archive(given: argparse.Namespace, run: Callable[[argparse.Namespace], l
             given.recording,
             given.output,
             partial(measure_one, given, run),
-            _options(given),
+            deciding_options(given),
             columns=COLUMNS,
             processes=given.processes,
             dask=given.dask,
@@ -75,17 +75,18 @@ def measure_one(
         output = Path(folder) / "rows.jsonl"
         try:
             run(argparse.Namespace(**vars(given) | {"recording": recording, "output": output}))
-        except HotgaugeError as error:
+            lines = output.read_text(encoding="utf-8").splitlines()
+        except (HotgaugeError, OSError) as error:
             return [{"frame": None, "error": str(error)}]
-        return [json.loads(line) for line in output.read_text(encoding="utf-8").splitlines()]
+        return [json.loads(line) for line in lines]
 
 
-def _options(given: argparse.Namespace) -> dict[str, str]:
-    """All that decides a value beside a recording: options, the content of the scale, the version."""
-    options = {name: str(value) for name, value in vars(given).items() if name not in DECIDES_NOTHING}
-    options["version"] = importlib.metadata.version("hotgauge")
-    for name in ("rig", "background", "config"):
-        file: Path | None = getattr(given, name)
-        if file is not None and file.is_file():
-            options[name] = hashlib.sha256(file.read_bytes()).hexdigest()
-    return options
+def deciding_options(given: argparse.Namespace) -> dict[str, str]:
+    """All that decides a value beside a recording: the version, options, and the content of files that they name."""
+    options = {name: value for name, value in vars(given).items() if name not in DECIDES_NOTHING}
+    return {"version": importlib.metadata.version("hotgauge")} | {
+        name: hashlib.sha256(value.read_bytes()).hexdigest()
+        if isinstance(value, Path) and value.is_file()
+        else str(value)
+        for name, value in options.items()
+    }

@@ -6,7 +6,8 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from appliance.cameras.recording.pairs import Recording, read_stamps
+from appliance.cameras.recording.pairs import Recording
+from appliance.cameras.recording.time_stamps import read_stamps
 from appliance.cameras.source import together
 from appliance.files.atomic_file import whole_file
 from appliance.files.row_writer import row_writer
@@ -76,12 +77,12 @@ def measure_recording(
         stamps = read_stamps(recording)
         for frame, left, right in tqdm(frames, unit="frame", disable=None):
             stamp = stamps.get(frame)
-            synchronous = stamp is not None and together(*stamp)
+            synchronous = stamp is not None and stamp.stamped and together(stamp.left_us, stamp.right_us)
             measured, elapsed_ms = gauge.measure_bars(left, right, synchronous=synchronous)
-            moment_us = stamp[0] if stamp else frame * FRAME_PERIOD_US
+            moment_us = stamp.left_us if stamp else frame * FRAME_PERIOD_US
             readings = passing.add([_size_reading(frame, one, gauge, drawing) for one in measured], moment_us / 1e6)
             for bar, reading in enumerate(readings):
-                values = rows.row(frame, reading, elapsed_ms, stamp and stamp[0], bar=bar)
+                values = rows.row(frame, reading, elapsed_ms, stamp and stamp.left_us, bar=bar)
                 summary.add(reading, values["decision"])
                 if served is not None and reading.method == TANGENT:
                     served.add(frame, reading, values)

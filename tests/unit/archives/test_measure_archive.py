@@ -1,5 +1,6 @@
 """An archive is measured whole: each recording once, whatever ends on the way, and to the bits of a single process."""
 
+import argparse
 import json
 import os
 import shutil
@@ -16,6 +17,7 @@ from appliance.archives.recordings import ArchiveError, find_recordings
 from appliance.cameras.simulated.pairs import MillSource
 from appliance.cameras.simulated.rig import mill_rig
 from appliance.cli.main import main
+from appliance.cli.pictures.archive import deciding_options, measure_one
 from appliance.sizing.reading_rows import COLUMNS
 from appliance.sizing.stereo.rig_file import save_rig
 
@@ -135,3 +137,23 @@ def test_a_wrong_command_line_is_refused_once_and_not_for_each_recording(archive
     assert "--rig" in capsys.readouterr().err
     assert main(["measure", str(archive / "archive"), "--output", "all.csv", "--processes", "2"]) == 2
     assert ".parquet" in capsys.readouterr().err
+
+
+def test_a_file_that_an_option_names_counts_by_its_content(tmp_path):
+    forest = tmp_path / "edges.npz"
+    given = argparse.Namespace(recording=tmp_path, output=tmp_path / "all.parquet", edge_model=forest, edges="forest")
+    kept = []
+    for content in (b"one", b"another"):
+        forest.write_bytes(content)
+        kept.append(deciding_options(given))
+    assert kept[0] != kept[1]
+    assert {"recording", "output"}.isdisjoint(kept[0])
+
+
+def test_a_recording_whose_files_give_way_is_a_row_that_says_why(tmp_path):
+    def fails(_):
+        raise OSError(5, "Input/output error", "000003.png")
+
+    (row,) = measure_one(argparse.Namespace(), fails, tmp_path)
+    assert row["frame"] is None
+    assert "000003.png" in row["error"]

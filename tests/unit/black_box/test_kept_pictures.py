@@ -182,7 +182,7 @@ def test_a_cause_writes_pictures_readings_time_stamps_and_what_measured_them(box
     assert len(list(Recording(folder))) == 3
     rows = [json.loads(line) for line in (folder / "readings.jsonl").read_text().splitlines()]
     assert [(row["frame"], row["sequence"], row["diameter_mm"]) for row in rows] == [(n, n, 100 + n) for n in range(3)]
-    assert (folder / "timestamps.csv").read_text().splitlines()[2] == "1,1000,1007"
+    assert (folder / "timestamps.csv").read_text().splitlines()[2] == "1,1000,1007,0"
     told = json.loads((folder / "black_box.json").read_text())
     assert (told["why"], told["station"], told["carried"]) == (["alarm_low_trust"], "sizing", [])
     assert told["version"]

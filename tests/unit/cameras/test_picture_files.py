@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from appliance.cameras.recording import frames
-from appliance.cameras.recording.pairs import Recording, read_stamps
+from appliance.cameras.recording.pairs import Recording
 from appliance.cameras.recording.picture_file import read_picture, read_told_coding
+from appliance.cameras.recording.time_stamps import read_stamps
 from appliance.cameras.source import CameraError
 
 PICTURE = cv2.GaussianBlur(np.random.default_rng(5).integers(0, 255, (60, 80, 3), np.uint8), (0, 0), 3)
@@ -89,7 +90,7 @@ def test_text_files_may_begin_with_a_byte_order_mark(tmp_path):
     (tmp_path / "coding.json").write_bytes(b"\xef\xbb\xbf" + json.dumps({"bits": 12}).encode())
     (tmp_path / "timestamps.csv").write_bytes(b"\xef\xbb\xbfframe,left_us,right_us\n3,10,12\n")
     assert read_told_coding(tmp_path).bits == 12
-    assert read_stamps(tmp_path) == {3: (10, 12)}
+    assert read_stamps(tmp_path) == {3: (10, 12, True)}
 
 
 def test_a_folder_that_cannot_be_read_is_a_camera_fault_and_not_the_end_of_the_station(tmp_path, monkeypatch):

@@ -4,13 +4,14 @@ import csv
 import itertools
 import json
 import time
+from dataclasses import replace
 
 import cv2
 import numpy as np
 import pytest
 
 from appliance.cameras.pacing import Pacer, utc_ms
-from appliance.cameras.recording.pairs import Recording
+from appliance.cameras.recording.pairs import Recording, RecordingSource
 from appliance.cameras.recording.picture_file import read_picture, read_told_coding
 from appliance.cameras.recording.pictures import PictureRecording
 from appliance.cameras.settings import LivenessSettings
@@ -77,6 +78,9 @@ CODINGS = [
     Coding("luma", full_range=False, compression="video"),
     Coding("luma", full_range=True, luma_weights=LUMA_709, compression="video"),
     Coding("luma", bits=10, full_range=False, luma_weights=LUMA_709, compression="video"),
+    Coding("luma", full_range=False),
+    Coding("luma", full_range=False, compression="video", quantiser=35.0),
+    Coding("colour", compression="jpeg", quality=90),
 ]
 
 
@@ -120,9 +124,21 @@ def test_stamps_stand_beside_a_recording_of_pairs_and_what_was_lost_is_counted(t
     done = record(Camera(Coding("grey"), skip=2), QUIET, tmp_path / "recording", 0.2, console)
     rows = list(csv.DictReader((tmp_path / "recording" / "timestamps.csv").read_text().splitlines()))
     assert [int(row["right_us"]) - int(row["left_us"]) for row in rows] == [7] * done.frames
+    assert {row["stamped"] for row in rows} == {"0"}
     steps = [int(b["left_us"]) - int(a["left_us"]) for a, b in itertools.pairwise(rows)]
     assert min(steps) >= 20_000
     assert done.lost >= 2 * (done.frames - 1)
+
+
+@pytest.mark.parametrize("stamped", [False, True])
+def test_a_recording_proves_no_more_of_its_pairs_than_the_cameras_did(tmp_path, console, stamped):
+    class Pairs(Camera):
+        def next(self, timeout_s):
+            return replace(super().next(timeout_s), stamped=stamped)
+
+    record(Pairs(Coding("grey")), QUIET, tmp_path / "recording", 0.1, console)
+    with RecordingSource(tmp_path / "recording", 0, loop=False) as source:
+        assert source.next(1.0).synchronous is stamped
 
 
 @pytest.mark.parametrize("coding", [Coding("grey"), Coding("luma", full_range=False, compression="video")])

@@ -48,6 +48,13 @@ def test_figures_of_diameters_are_those_that_a_hand_would_compute(files):
     assert found.virtual_board_errors.values == 0
 
 
+def test_bars_side_by_side_are_not_counted_against_one_truth(files, capsys):
+    with (files / "readings.jsonl").open("a") as file:
+        file.write(json.dumps(reading(3, 140.0, bar=1)) + "\n")
+    assert main(["compare", str(files / "readings.jsonl"), str(files)]) == 2
+    assert "frame 3 has readings of 2 bars" in capsys.readouterr().err
+
+
 def test_wilson_s_interval_is_that_of_the_textbooks():
     assert share_interval(8, 10) == pytest.approx((0.4902, 0.9433), abs=1e-4)  # Agresti and Coull, 1998
     assert all(math.isnan(end) for end in share_interval(0, 0))

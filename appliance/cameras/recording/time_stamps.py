@@ -1,0 +1,72 @@
+"""Time stamps of a recording of two cameras: `timestamps.csv`.
+
+Columns: `frame`, `left_us` and `right_us` (µs), and `stamped`: 1 where both stamps are of one clock that the cameras
+share and so prove how far apart the exposures were, 0 where this computer estimated them. Without that column they are
+the cameras' own.
+"""
+
+import csv
+import io
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple, Self
+
+from appliance.cameras.source import CameraError, FramePair
+
+STAMPS_FILE = "timestamps.csv"
+COLUMNS = ("frame", "left_us", "right_us", "stamped")
+
+
+class Stamps(NamedTuple):
+    """Time stamps of one pair.
+
+    Attributes
+    ----------
+    left_us, right_us : int
+        Device time stamps of the left and the right exposure, µs.
+    stamped : bool
+        As in `FramePair`.
+    """
+
+    left_us: int
+    right_us: int
+    stamped: bool
+
+    @classmethod
+    def of(cls, pair: FramePair) -> Self:
+        """Those of a pair, without its pictures."""
+        return cls(pair.left_us, pair.right_us, pair.stamped)
+
+
+def read_stamps(folder: Path) -> dict[int, Stamps]:
+    """Time stamps by frame of a recording; none without a `timestamps.csv`.
+
+    Raises
+    ------
+    CameraError
+        The file is no table of whole numbers, or one is too large.
+    """
+    path = folder / STAMPS_FILE
+    if not path.is_file():
+        return {}
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            rows = list(csv.DictReader(file))
+        return {
+            int(row["frame"]): Stamps(int(row["left_us"]), int(row["right_us"]), bool(int(row.get("stamped", 1))))
+            for row in rows
+        }
+    except (OSError, ValueError, KeyError, TypeError, csv.Error) as error:
+        raise CameraError(
+            f"{path}: not a table of whole numbers with the columns frame,left_us,right_us ({error!r}); "
+            "correct the file or remove it"
+        ) from error
+
+
+def stamps_table(stamps: Mapping[int, Stamps]) -> bytes:
+    """Content of a `timestamps.csv`, by frame."""
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(COLUMNS)
+    table.writerows((number, one.left_us, one.right_us, int(one.stamped)) for number, one in stamps.items())
+    return text.getvalue().encode()
