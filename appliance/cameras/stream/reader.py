@@ -1,6 +1,7 @@
 """One stream and the thread that reads it: every picture is received as it comes, so that none waits unseen."""
 
 import contextlib
+import logging
 import math
 import threading
 import time
@@ -31,6 +32,8 @@ REFERENCE_TIME = "prft"  # FFmpeg's name of the moment on the sender's clock, µ
 LOW_DELAY = 1 << 19  # AV_CODEC_FLAG_LOW_DELAY: pictures are handed out as soon as they are decoded
 NETWORK_OPTIONS = {"fflags": "nobuffer", "analyzeduration": "300000"}  # µs of stream that are looked at first
 REORDERING_US = "100000"  # that a missing packet is waited for
+
+logger = logging.getLogger("hotgauge.cameras")
 
 
 class StreamPlace(NamedTuple):
@@ -129,6 +132,13 @@ class StreamReader:
             self._report(CameraError(f"{self._place.address}: {error}", error.fault))
         except FFmpegError as error:
             self._report(CameraError(f"{self._place.address}: {_lost(error)}; check camera and network"))
+        except Exception as error:  # a mistake of our own, or of the library: told, and the camera is opened again
+            logger.exception("%s: reading", self._place.address)
+            self._report(
+                CameraError(
+                    f"{self._place.address}: reading failed ({type(error).__name__}); send the log to the maker"
+                )
+            )
 
     def _read(self, messages: list[Message]) -> None:
         with contextlib.closing(self._open()) as container:
