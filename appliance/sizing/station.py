@@ -99,6 +99,7 @@ def _ready_gauge(settings: SizingMethod, link: StationLink) -> _Ready:
         made = _made_gauge(settings, link)
         while file_sha256(settings.scale_file) != made.scale_sha256:  # replaced while it was read: which one is it?
             made = _made_gauge(settings, link)
+        settings.check_adjustment(made.scale_sha256)
         made.gauge.warm_up()
     return made
 

@@ -28,6 +28,7 @@ NO_RIG_SENTENCE = "sizing.rig is not set; make a rig file with `hotgauge calibra
 class SizingSettings(SizingMethod):
     """The sizing station with two cameras."""
 
+    scale_fault = "rig_unusable"
     method: Literal["tangent"] = Field(
         default="tangent", description="Two calibrated cameras; the method without this key"
     )

@@ -16,6 +16,9 @@ from vision.reasons import Reason
 RUN = 1_700_000_000_000
 
 
+DECIDED = {"date": "2026-11-28", "reason": "master 250.00", "who": "A. Smith", "calibration_sha256": "5e" * 32}
+
+
 class Kept:
     """A recorder, and the rows that it makes."""
 
@@ -254,7 +257,7 @@ def test_a_calibration_is_a_row_when_its_content_is_another():
 
 def test_a_known_error_that_stays_is_one_row_however_often_settings_are_read():
     kept = Kept()
-    known = Adjustment(added_mm=-0.1, expanded_mm=0.02, date="2026-11-28", reason="master 250.00", who="A. Smith")
+    known = Adjustment(added_mm=-0.1, expanded_mm=0.02, **DECIDED)
     for _ in range(3):
         kept.recorder.set_adjustment(known)
     kept.recorder.set_adjustment(known.model_copy(update={"who": "B. Jones"}))
@@ -265,7 +268,7 @@ def test_a_known_error_that_is_taken_off_is_a_row_and_so_is_its_end_but_none_is_
     kept = Kept()
     kept.recorder.set_adjustment(Adjustment())
     assert kept.of("adjustments") == []
-    known = Adjustment(added_mm=-0.1, expanded_mm=0.02, date="2026-11-28", reason="master 250.00", who="A. Smith")
+    known = Adjustment(added_mm=-0.1, expanded_mm=0.02, **DECIDED)
     kept.recorder.set_adjustment(known)
     kept.recorder.set_adjustment(Adjustment())
     assert [(row["added_mm"], row["who"]) for row in kept.of("adjustments")] == [(-0.1, "A. Smith"), (0.0, "")]
