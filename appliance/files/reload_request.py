@@ -1,11 +1,14 @@
 """How the page asks the gauge to read its settings and its calibration again: a file in a folder that both write."""
 
 import os
+import time
 from pathlib import Path
 
 from appliance.files.runtime_folder import runtime_folder
 
 REQUEST_FILE = "reload"
+HEARD_WITHIN_S = 5.0  # chosen: a gauge looks every second
+LOOK_PERIOD_S = 0.05
 STATE_VARIABLE = "STATE_DIRECTORY"  # of systemd
 
 
@@ -17,7 +20,13 @@ def _request_file() -> Path | None:
 
 
 def ask_for_reload() -> str:
-    """Ask the gauge to read its settings and its calibration again; why that cannot be, empty if it could."""
+    """Ask the gauge to read its settings and its calibration again, and wait until it has heard that.
+
+    Returns
+    -------
+    str
+        Why it has not; empty if it has.
+    """
     file = _request_file()
     if file is None:
         return "no folder is shared with the gauge"
@@ -25,6 +34,12 @@ def ask_for_reload() -> str:
         file.touch()
     except OSError as error:
         return f"{file}: {error.strerror}"
+    until_s = time.monotonic() + HEARD_WITHIN_S
+    while file.exists():
+        if time.monotonic() > until_s:
+            file.unlink(missing_ok=True)
+            return f"it has not heard the request within {HEARD_WITHIN_S:g} s, so it does not run here"
+        time.sleep(LOOK_PERIOD_S)
     return ""
 
 

@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, cast
 
 from appliance.errors import HotgaugeError
 from appliance.files.atomic_file import whole_file, whole_place
@@ -70,15 +70,15 @@ class Commissioning:
         Rig file that the gauge uses (`sizing.rig`); None if the settings name none.
     config : Path or None
         Settings file, whose history keeps verifications.
-    added_mm : callable
-        Reads the settings file again and gives `sizing.adjustment.added_mm`, mm.
+    refusal : callable
+        Says of the SHA-256 of a calibration why the settings, read again, do not permit it; empty if they do.
     """
 
-    def __init__(self, folder: Path, rig: Path | None, config: Path | None, added_mm: Callable[[], float]) -> None:
+    def __init__(self, folder: Path, rig: Path | None, config: Path | None, refusal: Callable[[str], str]) -> None:
         self.folder = folder
         self.rig = rig
         self._config = config
-        self._added_mm = added_mm
+        self._refusal = refusal
         self._running: tuple[str, Step] | None = None
         self._one_at_a_time = threading.Lock()
 
@@ -161,25 +161,27 @@ class Commissioning:
         Raises
         ------
         CommissioningError
-            It was not verified, a step is being worked on, the settings name no rig file or hold a known error of the
-            calibration from before, a file cannot be written, or the gauge cannot be asked to read it.
+            It was not verified, a step is being worked on, the settings name no rig file or hold a known error of
+            another calibration, a file cannot be written, or the gauge cannot be asked to read it.
+        SettingsError
+            The settings cannot be read.
         """
         with self._one_at_a_time:
             self._refuse_while_running()
             content = self._verified_content(name)
-            rig = self._place_of_rig()
+            rig = self._place_of_rig(sha256(content).hexdigest())
             kept = self._keep_old()
             try:
                 with whole_place(rig) as place:
                     place.write_bytes(content)
             except OSError as error:
                 raise CommissioningError(f"{rig}: {error.strerror}; let the page's user write it") from error
-            refused = ask_for_reload()  # before the log: a log that cannot be written leaves nobody waiting
+            refused = ask_for_reload()  # before the log, which may be refused
             self._log(name, who, kept, content)
             if refused:
                 raise CommissioningError(
-                    f"{rig} is the new calibration, but the gauge could not be asked to read it ({refused}); "
-                    "systemctl reload hotgauge"
+                    f"{rig} is the new calibration, but the gauge could not be asked to read it ({refused}); start it, "
+                    "or if it runs: systemctl reload hotgauge"
                 )
         return kept
 
@@ -207,14 +209,11 @@ class Commissioning:
             raise CommissioningError(f"{candidate}: not the one that was verified; verify it with a master bar first")
         return content
 
-    def _place_of_rig(self) -> Path:
+    def _place_of_rig(self, digest: str) -> Path:
         if self.rig is None:
             raise CommissioningError("sizing.rig is not set; set it to the file that the gauge shall use")
-        if added_mm := self._added_mm():
-            raise CommissioningError(
-                f"sizing.adjustment.added_mm is {added_mm:g}, the known error of the calibration from before; set it "
-                "to 0 in the settings file and confirm again, the gauge then reads both"
-            )
+        if why := self._refusal(digest):
+            raise CommissioningError(f"{why}; then confirm again, the gauge reads both at once")
         return self.rig
 
     def _place(self, name: str, *, with_boards: bool) -> Path:
@@ -293,7 +292,10 @@ def _run(words: Sequence[str | Path]) -> tuple[int, str]:
         )
     except subprocess.TimeoutExpired:
         return 1, f"not done within {JOB_MAX_S / 60:.0f} min; take fewer or smaller pictures"
-    return ended.returncode, (ended.stdout + ended.stderr).strip()
+    report = (ended.stdout + ended.stderr).strip()
+    if ended.returncode < 0:
+        report += f"\nended by signal {-ended.returncode}, as for too little memory; take fewer or smaller pictures"
+    return ended.returncode, report.strip()
 
 
 def _read(file: Path) -> dict[Any, dict[str, Any]]:
@@ -305,10 +307,10 @@ def _read(file: Path) -> dict[Any, dict[str, Any]]:
 
 def _row(line: bytes) -> dict[str, Any] | None:
     try:
-        row = json.loads(line)
+        row: object = json.loads(line)
     except ValueError:
         return None
-    return row if isinstance(row, dict) else None
+    return cast("dict[str, Any]", row) if isinstance(row, dict) else None
 
 
 def _is_torn(file: Path) -> bool:

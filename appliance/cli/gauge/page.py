@@ -44,8 +44,8 @@ def run_page(given: argparse.Namespace) -> None:
     folder = page.commissioning or users.with_name("commissioning")
     rig = sizing.scale_file if sizing.method == "tangent" else None
 
-    def added_mm() -> float:
-        return settings_file.load(given.config).sizing.adjustment.added_mm
+    def refusal(sha256: str) -> str:
+        return settings_file.load(given.config).sizing.adjustment.refusal(sha256)
 
     serve_page(
         page,
@@ -54,7 +54,7 @@ def run_page(given: argparse.Namespace) -> None:
         users=users,
         previews=runtime_folder(),
         history=settings.history.directory,
-        commissioning=Commissioning(folder, rig, given.config, added_mm),
+        commissioning=Commissioning(folder, rig, given.config, refusal),
     )
 
 

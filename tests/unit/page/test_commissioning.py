@@ -1,18 +1,25 @@
 """Commissioning: what was done stays done, and nothing is applied that was not verified and confirmed."""
 
 import json
+import os
 import threading
 import time
+from collections.abc import Iterator
+from hashlib import sha256
 from pathlib import Path
 
 import pytest
 from page_client import Gauge, client_of, log_in
 
+from appliance.files import reload_request
 from appliance.files.reload_request import STATE_VARIABLE, was_asked_for_reload
 from appliance.files.runtime_folder import RUNTIME_VARIABLE
 from appliance.page import commissioning
 from appliance.page.commissioning import CANDIDATE, LOG_FILE, Commissioning, CommissioningError
+from appliance.sizing.adjustment import Adjustment
 from plc.security.roles import Role
+
+DECIDED = {"expanded_mm": 0.03, "date": "2026-11-28", "reason": "master 120.00", "who": "A. Smith"}
 
 
 class Commands:
@@ -39,12 +46,34 @@ def commands(monkeypatch) -> Commands:
     return commands
 
 
+class RunningGauge:
+    """Looks for requests as a gauge does, a hundred times a second."""
+
+    def __init__(self) -> None:
+        self.reloads = 0
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    def _run(self) -> None:
+        while not self._ended.wait(0.01):
+            self.reloads += was_asked_for_reload()
+
+    def stop(self) -> None:
+        self._ended.set()
+        self._thread.join()
+
+
 @pytest.fixture(autouse=True)
-def service(tmp_path, monkeypatch) -> None:
+def gauge(tmp_path, monkeypatch) -> Iterator[RunningGauge]:
     """The page's own folders, as systemd gives them: the state directory is writable, the gauge's runtime is not."""
     (tmp_path / "state").mkdir()
     monkeypatch.setenv(STATE_VARIABLE, str(tmp_path / "state"))
     monkeypatch.setenv(RUNTIME_VARIABLE, str(tmp_path / "absent"))
+    monkeypatch.setattr(reload_request, "HEARD_WITHIN_S", 1.0)
+    gauge = RunningGauge()
+    yield gauge
+    gauge.stop()
 
 
 @pytest.fixture
@@ -52,7 +81,7 @@ def work(tmp_path) -> Commissioning:
     (tmp_path / "boards" / "monday" / "calibration").mkdir(parents=True)
     (tmp_path / "boards" / "master").mkdir()
     (tmp_path / "rig.json").write_text("old rig")
-    return Commissioning(tmp_path / "boards", tmp_path / "rig.json", None, lambda: 0.0)
+    return Commissioning(tmp_path / "boards", tmp_path / "rig.json", None, lambda _: "")
 
 
 def done(work: Commissioning) -> None:
@@ -62,7 +91,7 @@ def done(work: Commissioning) -> None:
     assert work.running is None
 
 
-def test_a_calibration_is_verified_confirmed_and_logged_and_the_old_one_kept(work, commands):
+def test_a_calibration_is_verified_confirmed_and_logged_and_the_old_one_kept(work, commands, gauge):
     work.calibrate("monday", "anna")
     done(work)
     work.verify("monday", "anna", "master", 120.05, 0.02)
@@ -77,8 +106,7 @@ def test_a_calibration_is_verified_confirmed_and_logged_and_the_old_one_kept(wor
     assert work.rig.read_text() == "old rig"
     kept = work.confirm("monday", "berta")
     assert (work.rig.read_text(), kept.read_text()) == ("rig 1", "old rig")
-    assert was_asked_for_reload()
-    assert not was_asked_for_reload()
+    assert gauge.reloads == 1
     (row,) = work.log()
     assert (row["who"], row["folder"], row["kept"]) == ("berta", "monday", str(kept))
     assert len(row["sha256"]) == 64
@@ -87,7 +115,7 @@ def test_a_calibration_is_verified_confirmed_and_logged_and_the_old_one_kept(wor
 def test_it_goes_on_after_a_restart_of_the_page(work, commands):
     work.calibrate("monday", "anna")
     done(work)
-    again = Commissioning(work.folder, work.rig, None, lambda: 0.0)
+    again = Commissioning(work.folder, work.rig, None, lambda _: "")
     assert again.steps("monday")["calibrated"].who == "anna"
     again.verify("monday", "anna", "master", 120.0, 0.0)
     done(again)
@@ -131,38 +159,50 @@ def verified(work: Commissioning) -> Path:
     return work.folder / "monday" / CANDIDATE
 
 
-@pytest.mark.parametrize("folders", ["none", "not writable"])
+@pytest.mark.parametrize("unheard", ["no folder", "not writable", "nobody looks"])
 def test_a_gauge_that_cannot_be_asked_to_read_the_new_calibration_is_told_to_the_engineer(
-    work, commands, monkeypatch, tmp_path, folders
+    work, commands, gauge, monkeypatch, unheard
 ):
     verified(work)
-    if folders == "none":
+    state = Path(os.environ[STATE_VARIABLE])
+    if unheard == "no folder":
         monkeypatch.delenv(STATE_VARIABLE)
         monkeypatch.delenv(RUNTIME_VARIABLE)
+    elif unheard == "not writable":
+        state.rmdir()
     else:
-        (tmp_path / "state").rmdir()
-    with pytest.raises(CommissioningError, match=r"could not be asked to read it .*; systemctl reload hotgauge"):
+        gauge.stop()
+    with pytest.raises(CommissioningError, match=r"could not be asked to read it .* systemctl reload hotgauge"):
         work.confirm("monday", "berta")
     assert work.rig.read_text() == "rig 1"
     assert [row["who"] for row in work.log()] == ["berta"]
+    assert not list(state.glob("*"))
 
 
-def test_a_log_that_cannot_be_written_leaves_the_gauge_asked_and_is_told(work, commands):
+def test_a_log_that_cannot_be_written_leaves_the_gauge_asked_and_is_told(work, commands, gauge):
     verified(work)
     (work.folder / LOG_FILE).mkdir()
     with pytest.raises(CommissioningError, match=r"commissioning\.jsonl: Is a directory; .* not noted"):
         work.confirm("monday", "berta")
-    assert was_asked_for_reload()
+    assert gauge.reloads == 1
 
 
-def test_a_known_error_of_the_calibration_from_before_is_taken_out_first(work, commands):
+@pytest.mark.parametrize(
+    "after", [lambda _: Adjustment(), lambda new: Adjustment(added_mm=0.1, **DECIDED, calibration_sha256=new)]
+)
+def test_a_known_error_of_the_calibration_from_before_is_taken_out_first(work, commands, after):
     verified(work)
-    added_mm = [-0.12]
-    again = Commissioning(work.folder, work.rig, None, lambda: added_mm[0])
+    old, new = (sha256(content).hexdigest() for content in (b"old rig", b"rig 1"))
+    in_the_file = [Adjustment(added_mm=-0.12, **DECIDED, calibration_sha256=old)]
+
+    def refusal(digest: str) -> str:
+        return in_the_file[-1].refusal(digest)
+
+    again = Commissioning(work.folder, work.rig, None, refusal)
     with pytest.raises(CommissioningError, match=r"sizing.adjustment.added_mm is -0\.12, .* set it to 0"):
         again.confirm("monday", "berta")
     assert work.rig.read_text() == "old rig"
-    added_mm[0] = 0.0
+    in_the_file.append(after(new))
     again.confirm("monday", "berta")
     assert work.rig.read_text() == "rig 1"
 
@@ -256,3 +296,13 @@ def test_an_engineer_works_through_the_page_and_nobody_else(tmp_path, commands):
 def test_a_broken_state_file_is_nothing_done(work):
     (work.folder / "monday" / "commissioning.json").write_text(json.dumps({"calibrated": {}})[:-1])
     assert work.steps("monday") == {}
+
+
+def test_a_step_that_the_kernel_ends_says_so(monkeypatch, tmp_path):
+    monkeypatch.setattr(commissioning.sys, "executable", str(tmp_path / "killed"))
+    (tmp_path / "killed").write_text("#!/bin/sh\nkill -9 $$\n")
+    (tmp_path / "killed").chmod(0o700)
+    code, report = commissioning._run(["calibrate"])
+    assert code != 0
+    assert "signal 9" in report
+    assert "fewer or smaller pictures" in report
