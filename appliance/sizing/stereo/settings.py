@@ -32,6 +32,7 @@ NO_OVALITY_SENTENCE = (
 class SizingSettings(SizingMethod):
     """The sizing station with two cameras."""
 
+    scale_fault = "rig_unusable"
     method: Literal["tangent"] = Field(
         default="tangent", description="Two calibrated cameras; the method without this key"
     )
