@@ -15,9 +15,8 @@ from stream_gauge import SIZE, settings, starting
 TEXT = (
     "Two fake GigE Vision cameras (Aravis) in a network of their own; an RTSP server (GStreamer) on loopback. Pairs: a "
     "mismatch is a pair that counts although its true stamps are further apart than allowed and 5 ms. Stall: two "
-    "seconds of a network that stands, while the bar leaves. Silent: a camera that accepts and never answers, for ten "
-    "minutes; memory at camera_lost, and each minute after it. Limit: a camera of exactly the rate below which pairs "
-    "are too slow."
+    "seconds of a network that stands, while the bar leaves. Limit: a camera of exactly the rate below which pairs are "
+    "too slow, for ten minutes."
 )
 REPEATABLE = False  # times of a real network
 CHUNK = 1
