@@ -12,6 +12,8 @@ import pytest
 from archive_on_dask import cluster, have_same_bits, measured, write_archive
 from running import free_port
 
+pytestmark = pytest.mark.waiting
+
 RECORDINGS = 6
 
 

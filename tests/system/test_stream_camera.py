@@ -18,6 +18,8 @@ from appliance.cameras.stream.reader import OPEN_TIME_S, READ_TIME_S, StreamPlac
 from appliance.cameras.stream.settings import StreamCamera, StreamPictures
 from appliance.cameras.stream.source import StreamPictureSource, StreamSource
 
+pytestmark = pytest.mark.waiting
+
 PERIOD_S = 0.04
 SLACK_MS = 150  # of the server's own drawing and coding on a busy computer
 STALL_S = 2.0
