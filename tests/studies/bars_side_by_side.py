@@ -1,7 +1,8 @@
-"""Two, three and four bars side by side, each measured; a bar that another one hides has no value."""
+"""One to four bars side by side, each measured; a bar that another one hides has no value."""
 
 import numpy as np
 from calibrated_rigs import off_response, rig_with_marks
+from of_rigs import inside_and_standard_error
 
 from appliance.simulation.bars.real_line import several_bars
 from studies.served_diameter import rounded
@@ -9,12 +10,13 @@ from vision.calibration.acceptance import CalibrationError
 from vision.sizing.gauge import Gauge
 
 TEXT = (
-    "Two, three and four clean bars side by side, 25 to 50 mm apart, one pair of pictures of each; rigs and "
-    "calibrations as in served_diameter, 800 x 600. A value belongs to the bar whose axis is nearest; one that is "
-    "further than 20 mm from any, or a second one of a bar, is false."
+    "One to four clean bars side by side, 25 to 50 mm apart, one pair of pictures of each; rigs and calibrations as in "
+    "served_diameter, 800 x 600; every rig shows each number of bars. A value belongs to the bar whose axis is nearest; "
+    "one that is further than 20 mm from any, or a second one of a bar, is false. Standard errors count the values of "
+    "a rig as one draw, since its calibration and response are in all of them."
 )
-SEEDS = range(4000, 4012)
-COUNTS = (2, 3, 4)
+SEEDS = range(4000, 4080)
+COUNTS = (1, 2, 3, 4)
 SAMPLE = 2
 NEAR_MM = 20.0
 
@@ -62,6 +64,6 @@ def _of_count(rows, count):
         "in_order": sum(row["ordered"] for row in rows),
         "rmse_mm": rounded(np.sqrt(np.mean(error**2))),
         "worst_mm": rounded(np.abs(error).max()),
-        "inside": rounded(np.mean(np.abs(error) <= expanded)),
+        **inside_and_standard_error(rows),
         "median_expanded_mm": rounded(np.median(expanded)),
     }

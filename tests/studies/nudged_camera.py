@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 from calibrated_rigs import off_response, rig_with_marks
+from of_rigs import inside_and_standard_error
 
 from appliance.simulation.bars.real_line import draw_line
 from studies.served_diameter import rounded
@@ -16,10 +17,12 @@ from vision.sizing.passing_bar import PassingBar
 TEXT = (
     "One camera turned about an axis of random direction through its own centre since the calibration; a clean bar, "
     "the other camera still, 3 frames; rigs and calibrations as in served_diameter, 800 x 600. Uncorrected: the same "
-    "pictures by a rig without still marks. Told: calibration_due in one of the frames."
+    "pictures by a rig without still marks. Unturned: the first frame before the turn. Told: calibration_due in one of "
+    "the frames. Standard errors count the values of a rig as one draw, since its calibration and response are in all "
+    "of them."
 )
 DEGREES = (0.02, 0.05)
-SEEDS = range(5000, 5015)
+SEEDS = range(5000, 5080)
 FRAMES = 3
 SAMPLE = 2
 FRAME_PERIOD_S = 0.04
@@ -41,6 +44,7 @@ def run(case):
     pairs = [[off_response(picture, case["seed"]) for picture in pair] for pair in line.pairs(FRAMES)]
     gauge, bar, truth_mm = Gauge(rig, 0.0), PassingBar(), line.setup.bars[0].diameter_mm
     readings = [bar.add(gauge.measure(*pair), FRAME_PERIOD_S * frame) for frame, pair in enumerate(pairs)]
+    still = gauge.measure(*(off_response(one, case["seed"]) for one in next(replace(line, nudges={}).pairs(1))))
     marks = [len(one.patch) for one in rig.marks]
     blind = Gauge(replace(rig, marks=tuple(type(one)(one.place_px[:0], one.patch[:0]) for one in rig.marks)), 0.0)
     return {
@@ -49,6 +53,8 @@ def run(case):
         "told": any(Reason.CALIBRATION_DUE in one.reasons or Reason.CAMERA_MOVED in one.reasons for one in readings),
         "error_mm": [_or_none(one.diameter_mm - truth_mm) for one in readings],
         "expanded_mm": [_or_none(one.expanded_uncertainty_mm) for one in readings],
+        "unturned_error_mm": _or_none(still.diameter_mm - truth_mm),
+        "unturned_expanded_mm": _or_none(still.expanded_uncertainty_mm),
         "uncorrected_error_mm": _or_none(blind.measure(*pairs[0]).diameter_mm - truth_mm),
         "reasons": sorted({name for one in readings for name in one.reasons.names}),
     }
@@ -74,8 +80,21 @@ def _of_turn(rows):
         "served": rounded(len(error) / FRAMES / len(rows)),
         "rmse_mm": rounded(np.sqrt(np.mean(error**2))),
         "worst_mm": rounded(np.abs(error).max()),
-        "inside": rounded(np.mean(np.abs(error) <= expanded)),
+        **inside_and_standard_error(rows),
         "median_expanded_mm": rounded(np.median(expanded)),
         "uncorrected_rmse_mm": rounded(np.sqrt(np.mean(before**2))),
         "uncorrected_worst_mm": rounded(np.abs(before).max()),
+        **_without_turn(rows),
+    }
+
+
+def _without_turn(rows):
+    """The rigs' own errors, before the turn, and what the turn and its correction changed of them."""
+    names = ("unturned_error_mm", "unturned_expanded_mm")
+    both = [(row["error_mm"][0], *(row[name] for name in names)) for row in rows]
+    turned, error, expanded = np.array([one for one in both if None not in one]).T
+    return {
+        "unturned_rmse_mm": rounded(np.sqrt(np.mean(error**2))),
+        "unturned_inside": rounded(np.mean(np.abs(error) <= expanded)),
+        "changed_rms_mm": rounded(np.sqrt(np.mean((turned - error) ** 2))),
     }
