@@ -11,9 +11,9 @@ from vision.sizing.gauge import Gauge
 
 TEXT = (
     "One to four clean bars side by side, 25 to 50 mm apart, one pair of pictures of each; rigs and calibrations as in "
-    "served_diameter, 800 x 600; every rig shows each number of bars. A value belongs to the bar whose axis is nearest; "
-    "one that is further than 20 mm from any, or a second one of a bar, is false. Standard errors count the values of "
-    "a rig as one draw, since its calibration and response are in all of them."
+    "served_diameter, 800 x 600; every rig shows each number of bars. A value belongs to the bar whose axis is "
+    "nearest; one that is further than 20 mm from any, or a second one of a bar, is false. Standard errors count the "
+    "values of a rig as one draw, since its calibration and response are in all of them."
 )
 SEEDS = range(4000, 4080)
 COUNTS = (1, 2, 3, 4)
