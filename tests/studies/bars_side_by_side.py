@@ -1,7 +1,7 @@
 """One to four bars side by side, each measured; a bar that another one hides has no value."""
 
 import numpy as np
-from calibrated_rigs import off_response, rig_with_marks
+from calibrated_rigs import off_line, rig_with_marks
 from of_rigs import inside_and_standard_error
 
 from appliance.simulation.bars.real_line import several_bars
@@ -11,9 +11,10 @@ from vision.sizing.gauge import Gauge
 
 TEXT = (
     "One to four clean bars side by side, 25 to 50 mm apart, one pair of pictures of each; rigs and calibrations as in "
-    "served_diameter, 800 x 600; every rig shows each number of bars. A value belongs to the bar whose axis is "
-    "nearest; one that is further than 20 mm from any, or a second one of a bar, is false. Standard errors count the "
-    "values of a rig as one draw, since its calibration and response are in all of them."
+    "served_diameter, but cameras round their code values once; 800 x 600; every rig shows each number of bars. A "
+    "value belongs to the bar whose axis is nearest; one that is further than 20 mm from any, or a second one of a "
+    "bar, is false. Standard errors count the values of a rig as one draw, since its calibration and response are in "
+    "all of them."
 )
 SEEDS = range(4000, 4080)
 COUNTS = (1, 2, 3, 4)
@@ -26,13 +27,12 @@ def cases():
 
 
 def run(case):
-    line = several_bars(case["seed"], case["count"])
+    line = off_line(several_bars(case["seed"], case["count"]), case["seed"])
     try:
         gauge = Gauge(rig_with_marks(case["seed"]), 0.0)
     except CalibrationError:
         return {"refused": True}
-    left, right = next(line.pairs(1))
-    readings = gauge.measure_bars(off_response(left, case["seed"]), off_response(right, case["seed"]))
+    readings = gauge.measure_bars(*next(line.pairs(1)))
     valid = [reading for reading in readings if reading.valid]
     truth = line.setup.bars
     found = [min(truth, key=lambda bar: abs(bar.offset_mm - one.offset_mm)) for one in valid]

@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from calibrated_rigs import off_response, rig_with_marks
+from calibrated_rigs import off_line, rig_with_marks
 from of_rigs import inside_and_standard_error
 
 from appliance.simulation.bars.real_line import draw_line
@@ -16,10 +16,10 @@ from vision.sizing.passing_bar import PassingBar
 
 TEXT = (
     "One camera turned about an axis of random direction through its own centre since the calibration; a clean bar, "
-    "the other camera still, 3 frames; rigs and calibrations as in served_diameter, 800 x 600. Uncorrected: the same "
-    "pictures by a rig without still marks. Unturned: the first frame before the turn. Told: calibration_due in one of "
-    "the frames. Standard errors count the values of a rig as one draw, since its calibration and response are in all "
-    "of them."
+    "the other camera still, 3 frames; rigs and calibrations as in served_diameter, but cameras round their code "
+    "values once; 800 x 600. Uncorrected: the same pictures by a rig without still marks. Unturned: the first frame "
+    "before the turn. Told: calibration_due in one of the frames. Standard errors count the values of a rig as one "
+    "draw, since its calibration and response are in all of them."
 )
 DEGREES = (0.02, 0.05)
 SEEDS = range(5000, 5080)
@@ -33,7 +33,7 @@ def cases():
 
 
 def run(case):
-    line = draw_line(case["seed"], ("nudge",))
+    line = off_line(draw_line(case["seed"], ("nudge",)), case["seed"])
     side, turn = next(iter(line.nudges.items()))
     turn = tuple((case["degrees"] * np.array(turn) / np.linalg.norm(turn)).tolist())
     line = replace(line, nudges={side: turn})
@@ -41,10 +41,10 @@ def run(case):
         rig = rig_with_marks(case["seed"])
     except CalibrationError:
         return {"refused": True}
-    pairs = [[off_response(picture, case["seed"]) for picture in pair] for pair in line.pairs(FRAMES)]
+    pairs = list(line.pairs(FRAMES))
     gauge, bar, truth_mm = Gauge(rig, 0.0), PassingBar(), line.setup.bars[0].diameter_mm
     readings = [bar.add(gauge.measure(*pair), FRAME_PERIOD_S * frame) for frame, pair in enumerate(pairs)]
-    still = gauge.measure(*(off_response(one, case["seed"]) for one in next(replace(line, nudges={}).pairs(1))))
+    still = gauge.measure(*next(replace(line, nudges={}).pairs(1)))
     marks = [len(one.patch) for one in rig.marks]
     blind = Gauge(replace(rig, marks=tuple(type(one)(one.place_px[:0], one.patch[:0]) for one in rig.marks)), 0.0)
     return {

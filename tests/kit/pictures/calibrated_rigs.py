@@ -1,7 +1,7 @@
 """Rigs of drawn scenes as the product calibrates them: corners with detector noise, boards with print errors."""
 
 import json
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -10,7 +10,8 @@ from appliance.simulation.bars.study_scenes import set_up
 from appliance.simulation.boards.board_pictures import board_light
 from appliance.simulation.boards.boards import Board as TrueBoard
 from appliance.simulation.boards.boards import board_document, high_pose, low_pose, observe
-from appliance.simulation.sensor import NoiseStock
+from appliance.simulation.response import encode
+from appliance.simulation.sensor import NoiseStock, Sensor
 from vision.calibration.checkerboard import Board
 from vision.calibration.stereo import calibrate
 from vision.calibration.still_marks import find_marks
@@ -54,6 +55,38 @@ def board_of(seed):
 
 
 def off_response(picture, seed):
-    """The picture of a camera whose code values follow light with an exponent that is a little off."""
-    exponent = np.random.default_rng([seed, 0x7265]).normal(1, U_NAMED_EXPONENT)
-    return np.rint(255 * (np.arange(256) / 255) ** exponent).astype(np.uint8)[picture]
+    """The picture of a camera whose code values follow light with an exponent that is a little off.
+
+    It is rounded to 8 bits a second time, so each code is off by a whole number of codes; `off_line` rounds once.
+    """
+    return np.rint(255 * (np.arange(256) / 255) ** _off_exponent(seed)).astype(np.uint8)[picture]
+
+
+def off_line(line, seed):
+    """The line as cameras show it whose response is off by the same exponent, rounded to code values once.
+
+    Parameters
+    ----------
+    line : Line
+    seed : int
+    """
+    right = line.setup.sensor
+    off = _OffSensor(
+        right.response, right.full_well_electrons, right.read_noise_electrons, exponent=_off_exponent(seed)
+    )
+    return replace(line, setup=replace(line.setup, sensor=off))
+
+
+@dataclass(frozen=True, slots=True)
+class _OffSensor(Sensor):
+    """A sensor of 8 bits whose code values are those of its response to the power `exponent`."""
+
+    exponent: float = 1.0
+
+    def table(self):
+        light = np.linspace(0.0, 1.0, self.levels + 1)
+        return np.rint(255 * encode(light, self.response) ** self.exponent).astype(np.uint8)
+
+
+def _off_exponent(seed):
+    return np.random.default_rng([seed, 0x7265]).normal(1, U_NAMED_EXPONENT)
