@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.calibration.json_fields import Fields
+from vision.order_statistics import column_medians, median
 from vision.pictures import grey
 
 Array = NDArray[np.float64]
@@ -224,11 +225,11 @@ def _agreed_motion(place: Array, shift: Array) -> MarksMotion:
     x, y = (place - place.mean(axis=0)).T
     none, one = np.zeros_like(x), np.ones_like(x)
     design = np.concatenate([np.column_stack([one, none, -y]), np.column_stack([none, one, x])])
-    motion = np.array([*np.median(shift, axis=0), 0.0])
+    motion = np.array([*column_medians(shift), 0.0])
     agrees = np.ones(len(x), bool)
     for _ in range(4):
         off = np.hypot(*(shift.T.ravel() - design @ motion).reshape(2, -1))
-        agrees = off <= max(AGREEMENT_PX, float(np.median(off)))
+        agrees = off <= max(AGREEMENT_PX, median(off))
         both = np.tile(agrees, 2)
         motion = np.linalg.lstsq(design[both], shift.T.ravel()[both], rcond=None)[0]
     off = (shift.T.ravel() - design @ motion).reshape(2, -1)[:, agrees]

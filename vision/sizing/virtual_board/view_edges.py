@@ -15,6 +15,7 @@ from vision.alignment.quality import BarOutline
 from vision.edges.operators import Edges
 from vision.geometry.turned_region import Picture, Region
 from vision.light_planes import Decoder
+from vision.order_statistics import quantiles
 from vision.reasons import Reason
 from vision.sizing.limits import CLIPPED_FEW_SHARE, CLIPPED_MOST_SHARE, COVERED_SHARE, LIMB_SIDES, WEAK_CONTRAST
 from vision.sizing.virtual_board.boundaries_of_interest import Boundaries, boundaries_of_interest, hot_mask
@@ -186,7 +187,7 @@ def _hot_rows(picture: Picture, rough: tuple[Array, Array]) -> NDArray[np.bool_]
     middle, half = 0.5 * (rough[0] + rough[1]), 0.4 * (rough[1] - rough[0])
     across = np.linspace(-1.0, 1.0, 33)
     level = _middle_levels(picture.reshape(*picture.shape[:2], -1), middle, half, across)
-    return level >= HOT_ROW_SHARE * np.percentile(level, 90)
+    return level >= HOT_ROW_SHARE * quantiles(level, (0.9,))[0]
 
 
 @njit(nogil=True, cache=True)
