@@ -56,7 +56,10 @@ class Adjustment(Section):
         return self
 
     def adjusted(self, reading: SizeReading) -> SizeReading:
-        """The reading with the adjustment in its diameter, uncertainty and reasons; one without a value as it is.
+        """The reading with the adjustment in all that the diameter decides; one without a value as it is.
+
+        Both widths change with the diameter, for the mean of a section that turns is made of them. The axis rises by
+        half of it: the verification has shown nothing of the bar's lowest point, which stays where it was measured.
 
         Parameters
         ----------
@@ -67,6 +70,9 @@ class Adjustment(Section):
         return replace(
             reading,
             diameter_mm=reading.diameter_mm + self.added_mm,
+            width_left_mm=reading.width_left_mm + self.added_mm,
+            width_right_mm=reading.width_right_mm + self.added_mm,
+            axis_height_mm=reading.axis_height_mm + self.added_mm / 2,
             expanded_uncertainty_mm=math.hypot(reading.expanded_uncertainty_mm, self.expanded_mm),
             u_model_mm=math.hypot(reading.u_model_mm, self.expanded_mm / 2),
             reasons=reading.reasons | Reason.ADJUSTED,

@@ -33,7 +33,7 @@ from appliance.sizing.message import ReadingMessage
 from appliance.sizing.method import ScaleError, SizingMethod, TimedReader
 from appliance.sizing.recorded_settings import recorded_settings
 from appliance.sizing.settings import Sizing
-from vision.readings import SizeReading
+from vision.readings import SizeReading, of_all_bars
 from vision.reasons import Reason
 from vision.sizing.side_by_side import SideBySide
 
@@ -104,7 +104,7 @@ def _measure(
     preview = PreviewWriter("sizing")
     with source:
         liveness = Liveness(settings.liveness, time.monotonic(), numbered=source.simulated)
-        bars = SideBySide()
+        bars, stretch = SideBySide(), 0
         guard = ExposureGuard(settings.exposure, adjustable=isinstance(source, Adjustable))
         while not closed.is_set():
             exposed = source.next(PAIR_TIMEOUT_S)
@@ -117,6 +117,8 @@ def _measure(
             measured, elapsed_ms = gauge.measure_exposed(exposed)
             adjusted = tuple(settings.adjustment.adjusted(one) for one in measured)
             black_box.add(exposed, partial(exact_rows, exposed.sequence, adjusted, elapsed_ms), carried)
+            if exposed.stretch != stretch:
+                bars, stretch = SideBySide(), exposed.stretch
             readings = bars.add(adjusted, exposed.exposed_monotonic_s)
             message = to_message(
                 readings,
@@ -232,7 +234,7 @@ def to_message(
         dropped=dropped,
         simulated=simulated,
         stretch=exposed.stretch,
-        reading=readings[0] if len(readings) == 1 else SizeReading(reasons=Reason.SEVERAL_BARS),
+        reading=of_all_bars(readings),
         bars=slots if len(readings) > 1 else (),
     )
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from appliance.cameras.recording.picture_file import read_picture
 from appliance.cameras.source import CameraError, Frame
 from appliance.processes.preview import Line, Lines
-from appliance.sizing.method import ScaleError
+from appliance.sizing.method import ScaleError, ScaleFile
 from vision.pictures import is_false_colour
 from vision.readings import SizeReading
 from vision.reasons import Reason
@@ -75,9 +75,11 @@ class TimedConveyorGauge:
         self._gauge = make(empty)
 
     @property
-    def scale_file(self) -> tuple[str, bytes] | None:
-        """Name and content of the picture of the empty line; None where the camera has its own pictures of it."""
-        return ("empty.png", cv2.imencode(".png", self._empty)[1].tobytes()) if self._is_one else None
+    def scale_files(self) -> Sequence[ScaleFile]:
+        """The picture of the empty line; none where the camera has its own pictures of it."""
+        if not self._is_one:
+            return ()
+        return (ScaleFile("background", "empty.png", cv2.imencode(".png", self._empty)[1].tobytes()),)
 
     @property
     def carried(self) -> tuple[float, ...]:

@@ -1,6 +1,6 @@
 """Settings of the sizing station with one camera between barriers."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Self
 
@@ -86,9 +86,9 @@ class ConveyorSettings(SizingMethod):
         """The picture of the empty line; see `SizingMethod.scale_file`."""
         return self.conveyor.background
 
-    def with_scale_file(self, file: Path) -> Self:
-        """Copy the settings with another picture of the empty line; see `SizingMethod.with_scale_file`."""
-        return self.model_copy(update={"conveyor": self.conveyor.model_copy(update={"background": file})})
+    def with_scale_files(self, files: Mapping[str, Path]) -> Self:
+        """Copy the settings with another picture of the empty line; see `SizingMethod.with_scale_files`."""
+        return self.model_copy(update={"conveyor": self.conveyor.model_copy(update=dict(files))})
 
     def make_gauge(self, _on_usable: Callable[[], None], /) -> TimedReader:
         """Make the gauge from the empty line; see `SizingMethod.make_gauge`."""

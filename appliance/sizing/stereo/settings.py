@@ -1,6 +1,6 @@
 """Settings of the sizing station with two calibrated cameras."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Self
 
@@ -65,11 +65,10 @@ class SizingSettings(SizingMethod):
         """The rig file; see `SizingMethod.scale_file`."""
         return self.rig
 
-    def with_scale_file(self, file: Path) -> Self:
-        """Copy the settings with another rig file; see `SizingMethod.with_scale_file`."""
-        if self.rig is not None:
-            return self.model_copy(update={"rig": file})
-        return self.model_copy(update={"rig": file, "ovality_mm": self._own_ovality_mm})
+    def with_scale_files(self, files: Mapping[str, Path]) -> Self:
+        """Copy the settings with another rig file and another forest; see `SizingMethod.with_scale_files`."""
+        ovality_mm = self._own_ovality_mm if self.rig is None else self.ovality_mm
+        return self.model_copy(update={"ovality_mm": ovality_mm, **files})
 
     def make_source(self) -> "PairSource":
         """Make the source of image pairs; see `SizingMethod.make_source`."""

@@ -81,6 +81,13 @@ def test_readings_carry_the_diameter_and_the_moment_of_their_exposure(start, rec
     assert second.exposed_utc_ms - first.exposed_utc_ms == pytest.approx(1000 * lost / 20, abs=5)
 
 
+def test_where_a_recording_begins_again_another_bar_does(start, recording, rig):
+    station = start(rig=rig, camera=camera(recording))
+    heard = [station.hear() for _ in range(6)]
+    assert heard[-1].stretch > 0
+    assert {message.reading.bar_frames for message in heard} <= {1, 2}
+
+
 def test_while_it_compiles_it_says_so_before_anything_else(start, recording, rig):
     station = start(rig=rig, camera=camera(recording))
     assert station.hear_any() == StateMessage(state="warming")

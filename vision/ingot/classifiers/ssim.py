@@ -12,6 +12,7 @@ from typing import NamedTuple
 from vision.ingot.classifiers.classifier import Face, FaceClassifier, Orientation, Picture, Verdict
 from vision.ingot.classifiers.similarity import USUAL_COMPARISON
 
+CLEARNESS_PER_SIMILARITY = 60.0  # chosen: log odds to a difference of similarities of 1; kinds differ by some 0.1
 SIMILARITY_THRESHOLD = USUAL_COMPARISON.threshold  # the dissertation's, between top and bottom
 
 
@@ -73,6 +74,10 @@ class SingleSimilarity(FaceClassifier):
         orientation = single(face.ssim_top, self._threshold)
         return Verdict(orientation, SINGLE_COUNTS.log_odds(orientation))
 
+    def clearness(self, face: Face) -> float:
+        """By the similarity's distance from the threshold; the evidence of a verdict is the same near it and far."""
+        return CLEARNESS_PER_SIMILARITY * (face.ssim_top - self._threshold)
+
 
 class DualSimilarity(FaceClassifier):
     """`dual` as a classifier; the references have been compared before.
@@ -89,3 +94,7 @@ class DualSimilarity(FaceClassifier):
         """The more similar reference, with the evidence of this verdict."""
         orientation = dual(face.ssim_top, face.ssim_bottom)
         return Verdict(orientation, DUAL_COUNTS.log_odds(orientation))
+
+    def clearness(self, face: Face) -> float:
+        """By the difference of both similarities; the evidence of a verdict is the same for a small one and a large."""
+        return CLEARNESS_PER_SIMILARITY * (face.ssim_top - face.ssim_bottom)

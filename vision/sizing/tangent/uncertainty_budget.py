@@ -67,9 +67,6 @@ class Circumstances:
     synchronous: bool = False
 
 
-UNKNOWN_CIRCUMSTANCES = Circumstances()
-
-
 def uncertainty_budget(
     fit: CylinderFit,
     points: EdgePoints,
