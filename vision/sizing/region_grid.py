@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from vision.geometry.camera import Camera
 from vision.geometry.measuring_plane import PLANE_HEIGHT_MM, farthest_ideal_radius, pixel_size_mm
+from vision.pictures import brightest_channel
 
 Array = NDArray[np.float64]
 Plane = NDArray[np.float32]
@@ -89,8 +90,7 @@ class RegionGrid:
     def sample(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Brightest channel of the picture on the grid, code values, shape (rows, columns); 0 outside the picture."""
         grid = cv2.remap(image, self._pixel[..., 0], self._pixel[..., 1], cv2.INTER_LINEAR)
-        brightest = grid if grid.ndim == 2 else cv2.max(cv2.max(*cv2.split(grid)[:2]), cv2.extractChannel(grid, 2))
-        return np.asarray(brightest, dtype=np.uint8)
+        return brightest_channel(np.asarray(grid, dtype=np.uint8))
 
     def bars(self, image: NDArray[np.uint8], decode: NDArray[np.float32]) -> list[Outline]:
         """Hot bars that lie across the region, left to right.
@@ -216,6 +216,6 @@ def _hot(grid: NDArray[np.uint8], decode: NDArray[np.float32]) -> NDArray[np.uin
 
 
 def _median_light(codes: NDArray[np.uint8], decode: NDArray[np.float32]) -> np.float32:
-    """Median light of code values: light grows with them, and whole numbers are ranked faster."""
+    """Median light of code values: light grows with them, and they are ranked by counting."""
     middle = [(codes.size - 1) // 2, codes.size // 2]
-    return decode[np.partition(codes, middle)[middle]].mean()
+    return decode[np.searchsorted(np.cumsum(np.bincount(codes)), middle, side="right")].mean()

@@ -91,7 +91,7 @@ class ThinEdges:
     @property
     def rows(self) -> Index:
         """Rows with any edge."""
-        return np.unique(self.row)
+        return np.flatnonzero(np.bincount(self.row))
 
     def near(self, line: Array) -> Array:
         """Mean column of the pixels near a line in each row of the region, NaN without any."""
@@ -202,12 +202,11 @@ class HalfLevel:
 
     def _levels(self, line: Array, way: int, shares: tuple[float, ...]) -> list[Array]:
         """Quantiles of each channel's code values as shown just inside the edge (1) or outside."""
-        rows, columns = self.region.picture.shape[:2]
+        rows, columns = self.region.shape
         inside = np.rint(line[0] * np.arange(rows) + line[1]).astype(np.int64) - way * self.side * (
             PROFILE_HALF_LENGTH_PX - 1
         )
-        channels = self.region.picture.reshape(rows, columns, -1)
-        return quantiles(channels[np.arange(rows), np.clip(inside, 0, columns - 1)], shares)
+        return quantiles(self.region.at(np.clip(inside, 0, columns - 1)[:, None]).reshape(rows, -1), shares)
 
 
 def _shaded_crossings(profile: Array, at: Index, blur_px: float) -> Crossings:
