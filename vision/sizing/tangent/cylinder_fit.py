@@ -309,8 +309,10 @@ def _clustered_covariance(influence: Array, rays: EdgeRays) -> Array:
     by what the autocovariances over `LAG_WINDOWS` add to the radius' variance, with a flat-top taper
     (Politis, doi:10.1017/S0266466611000247).
     """
-    sums = np.zeros((int(rays.limb.max()) + 1, int(rays.window.max()) + 1, 5))
-    np.add.at(sums, (rays.limb, rays.window), influence.T)
+    limbs, windows = int(rays.limb.max()) + 1, int(rays.window.max()) + 1
+    strip = rays.limb * windows + rays.window
+    sums = np.stack([np.bincount(strip, part, limbs * windows) for part in influence], axis=-1)
+    sums = sums.reshape(limbs, windows, len(influence))
     seen = np.any(sums != 0, axis=2)
     mean = sums.sum(axis=1, keepdims=True) / np.maximum(seen.sum(axis=1), 1)[:, None, None]
     away = np.where(seen[:, :, None], sums - mean, 0.0)  # a limb that lies off as a whole is no scatter
