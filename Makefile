@@ -56,6 +56,7 @@ figures: $(VENV)/installed-dev
 
 tables: $(VENV)/installed-dev
 	$(BIN)/python docs/tables
+	$(BIN)/python docs/studies
 
 # mbpoll, libmodbus and two packages of npm are Modbus clients that nobody here wrote; the tests read the appliance with
 # them. They also build systemd-python, have systemd check the unit, and boot it in a container. GStreamer's RTSP server and Aravis' fake

@@ -37,7 +37,15 @@ class ScaleError(HotgaugeError):
         Name in the fault table.
     """
 
-    fault: ClassVar[str]
+    fault: str
+
+
+class AdjustmentError(ScaleError):
+    """The known error that the settings take off was found with another calibration."""
+
+    def __init__(self, sentence: str, fault: str) -> None:
+        super().__init__(sentence)
+        self.fault = fault
 
 
 class ScaleCheck(NamedTuple):
@@ -107,7 +115,15 @@ class TimedReader(Protocol):
 
 
 class SizingMethod(Section, ABC):
-    """Settings that all sizing methods share, and the functions that each must define."""
+    """Settings that all sizing methods share, and the functions that each must define.
+
+    Attributes
+    ----------
+    scale_fault : str
+        Fault of a scale that cannot be used, by its name in the fault table.
+    """
+
+    scale_fault: ClassVar[str]
 
     ovality_mm: float | None = Field(
         default=None,
@@ -164,6 +180,21 @@ class SizingMethod(Section, ABC):
         files : mapping of str to Path
             By `ScaleFile.setting`, those of the gauge that these settings made.
         """
+
+    def check_adjustment(self, scale_sha256: str) -> None:
+        """Refuse a known error that was found with another calibration.
+
+        Parameters
+        ----------
+        scale_sha256 : str
+            SHA-256 of the scale file, hexadecimal; empty without one.
+
+        Raises
+        ------
+        AdjustmentError
+        """
+        if why := self.adjustment.refusal(scale_sha256):
+            raise AdjustmentError(why, self.scale_fault)
 
     @abstractmethod
     def make_source(self) -> "PairSource | PictureSource":

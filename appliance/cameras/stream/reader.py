@@ -1,6 +1,7 @@
 """One stream and the thread that reads it: every picture is received as it comes, so that none waits unseen."""
 
 import contextlib
+import logging
 import math
 import threading
 import time
@@ -34,6 +35,8 @@ REORDERING_US = "100000"  # that a missing packet is waited for, over UDP
 # Over TCP packets cannot change places, but a camera under load leaves some out. FFmpeg reports them only where it
 # waits for late ones, by default not over TCP: a key picture whose end is missing then passes for a whole one.
 TCP_REORDERING_PACKETS = "2"  # least with which it looks; the packet after a gap waits for one more
+
+logger = logging.getLogger("hotgauge.cameras")
 
 
 class StreamPlace(NamedTuple):
@@ -132,6 +135,13 @@ class StreamReader:
             self._report(CameraError(f"{self._place.address}: {error}", error.fault))
         except FFmpegError as error:
             self._report(CameraError(f"{self._place.address}: {_lost(error)}; check camera and network"))
+        except Exception as error:  # a mistake of our own, or of the library: told, and the camera is opened again
+            logger.exception("%s: reading", self._place.address)
+            self._report(
+                CameraError(
+                    f"{self._place.address}: reading failed ({type(error).__name__}); send the log to the maker"
+                )
+            )
 
     def _read(self, messages: list[Message]) -> None:
         with contextlib.closing(self._open()) as container:

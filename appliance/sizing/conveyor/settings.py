@@ -73,6 +73,7 @@ class ConveyorLine(Section):
 class ConveyorSettings(SizingMethod):
     """The sizing station with one camera over a conveyor between barriers."""
 
+    scale_fault = "empty_line_unusable"
     method: Literal["conveyor"] = Field(description="One camera, not calibrated, over a conveyor between two barriers")
     camera: ConveyorCamera = Field(default_factory=MillThermal, description="Where pictures come from")
     conveyor: ConveyorLine = Field(description="What is known of the line")

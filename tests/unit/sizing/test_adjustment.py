@@ -14,6 +14,7 @@ from vision.reasons import Reason
 from vision.sizing.passing_bar import PassingBar
 
 WHOLE = {"added_mm": 0.2, "expanded_mm": 0.06, "date": "2026-11-28", "reason": "master 250.00", "who": "A. Smith"}
+WHOLE |= {"calibration_sha256": "5e" * 32}
 PARTS = {"u_edge_mm": 0.03, "u_calibration_mm": 0.0, "u_board_mm": 0.0, "u_light_mm": 0.0, "u_shape_mm": 0.0}
 MEASURED = SizeReading(diameter_mm=249.8, expanded_uncertainty_mm=0.1, u_model_mm=0.04, **PARTS)
 
@@ -53,7 +54,7 @@ def test_a_reading_without_a_value_and_an_adjustment_of_nothing_change_nothing()
     assert Adjustment().adjusted(MEASURED) is MEASURED
 
 
-@pytest.mark.parametrize("missing", ["expanded_mm", "date", "reason", "who"])
+@pytest.mark.parametrize("missing", ["expanded_mm", "date", "reason", "who", "calibration_sha256"])
 def test_an_adjustment_that_does_not_say_all_is_refused(missing):
     with pytest.raises(ValidationError, match=missing):
         Adjustment(**{name: value for name, value in WHOLE.items() if name != missing})
@@ -62,3 +63,15 @@ def test_an_adjustment_that_does_not_say_all_is_refused(missing):
 def test_a_date_that_is_none_is_refused():
     with pytest.raises(ValidationError, match="date"):
         Adjustment(**WHOLE | {"date": "yesterday"})
+
+
+@pytest.mark.parametrize("digest", ["5e", "5E" * 32, "not a digest"])
+def test_a_calibration_that_is_no_digest_is_refused(digest):
+    with pytest.raises(ValidationError, match="calibration_sha256"):
+        Adjustment(**WHOLE | {"calibration_sha256": digest})
+
+
+@pytest.mark.parametrize(("digest", "refused"), [("5e" * 32, False), ("6e" * 32, True), ("", True)])
+def test_it_counts_with_the_calibration_that_it_was_found_with_and_no_other(digest, refused):
+    assert bool(Adjustment(**WHOLE).refusal(digest)) == refused
+    assert not Adjustment().refusal(digest)

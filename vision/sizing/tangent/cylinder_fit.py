@@ -27,6 +27,7 @@ LAG_POINTS = 4  # chosen: points of a limb this far apart, 4 px, share no blur, 
 NARROWING_ROUNDS, NARROWING_FACTOR, NARROWEST_FACTOR = 8, 0.7, 0.6
 PLAIN_STEPS = 3  # Gauss-Newton steps without weights
 LAG_WINDOWS = 6  # chosen: windows further apart than 120 mm share no hot air and no patch of scale
+LEAST_WINDOWS = 2  # a single one shows no scatter along the bar
 LEAST_LEFT = 0.3  # chosen: least share of the variance that the limbs' means leave; a few long waves tell little
 LEAST_SCALE_PX = 0.02  # chosen: least scale of the biweight; a chance scatter below it would reject good points
 LEAST_INWARDS = 1.1  # chosen: a smaller factor on residuals inwards is worth less than 0.01 px
@@ -74,7 +75,7 @@ class CylinderFit:
     parameters : ndarray of float64, shape (5,)
         x0, z0: axis at y = 0, mm; slopes dx/dy, dz/dy; radius R, mm.
     covariance : ndarray of float64, shape (5, 5)
-        From the scatter of clusters, correlation within a cluster counted.
+        From the scatter of clusters, correlation within a cluster counted; NaN where no limb has points in two windows.
     residual_px : ndarray of float64, shape (n,)
         Distance of every edge point from its tangent, pixels, positive outwards.
     pixel_per_mm : ndarray of float64, shape (n,)
@@ -314,6 +315,8 @@ def _clustered_covariance(influence: Array, rays: EdgeRays) -> Array:
     sums = np.stack([np.bincount(strip, part, limbs * windows) for part in influence], axis=-1)
     sums = sums.reshape(limbs, windows, len(influence))
     seen = np.any(sums != 0, axis=2)
+    if seen.sum(axis=1).max() < LEAST_WINDOWS:
+        return np.full((5, 5), np.nan)
     mean = sums.sum(axis=1, keepdims=True) / np.maximum(seen.sum(axis=1), 1)[:, None, None]
     away = np.where(seen[:, :, None], sums - mean, 0.0)  # a limb that lies off as a whole is no scatter
     alone = np.einsum("lwi,lwj->ij", away, away)

@@ -45,7 +45,6 @@ Array = NDArray[np.float64]
 Result = TypeVar("Result")
 
 WINDOW_MM = 20.0  # chosen: length of a window, a strip along the bar; points within one may be correlated
-LEAST_WINDOWS = 2  # a single window shows no scatter along the bar, of which U is made
 WINDOW_AGREEMENT_PX = 0.5  # chosen: a window is kept if the median residual of every limb in it is at most half a pixel
 HIDDEN_SHARE = 0.4  # chosen: a limb with less than 40 % of the best limb's share of edge points counts as hidden
 LEAST_LIMBS = 3  # three tangent planes fix the cylinder
@@ -115,7 +114,7 @@ class TangentGauge:
         -------
         SizeReading
             Without a value: `no_bar`, `one_camera`, `several_bars`, `bar_too_short`, `edge_not_found`,
-            `edges_clipped`, `no_windows` (a region shorter than `LEAST_WINDOWS`), `fit_failed`, `views_disagree`,
+            `edges_clipped`, `no_windows` (edge points in one window alone), `fit_failed`, `views_disagree`,
             `implausible`. With a value: `some_edges_clipped`,
             `low_contrast`, `few_windows`, `limb_hidden`, `bar_head`, `bar_tail`, `shimmer`.
 
@@ -228,9 +227,7 @@ class TangentGauge:
 
     def _read(self, limbs: list[LimbPoints], cylinder: Array, reasons: Reason, known: Circumstances) -> SizeReading:
         region = self.rig.region_y_mm
-        total = round((region[1] - region[0]) / WINDOW_MM)
-        if total < LEAST_WINDOWS:
-            return SizeReading(reasons=reasons | Reason.NO_WINDOWS, windows_total=total)
+        total = max(1, round((region[1] - region[0]) / WINDOW_MM))
         stations = [self._stations(limb, cylinder) for limb in limbs]
         points = EdgePoints.from_limbs(limbs, stations, region[0], WINDOW_MM)
         rig = _turned(self.rig, known.turns)
@@ -240,6 +237,8 @@ class TangentGauge:
         if bent is None:
             return SizeReading(reasons=reasons | Reason.FIT_FAILED)
         fit = bent.fit
+        if not np.isfinite(fit.u_diameter_mm):
+            return SizeReading(reasons=reasons | Reason.NO_WINDOWS, windows_total=total)
         window_px = points.window_medians(fit.residual_px, total)
         kept = int(np.count_nonzero(np.all(np.abs(window_px) <= WINDOW_AGREEMENT_PX, axis=0)))
         wander_px = _wander_px(window_px)

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 OMEGA = slice(CAMERA_PARAMETERS.index("omega_x"), CAMERA_PARAMETERS.index("omega_z") + 1)
 TRANSLATION = slice(CAMERA_PARAMETERS.index("t_x"), CAMERA_PARAMETERS.index("t_z") + 1)
-# Chosen: half of the difference of diameters that ASTM A29 allows in one section of a hot-rolled round (1.2 %).
+# Chosen, not checked: half of what ASTM A29 allows, from memory, between diameters of one hot-rolled round (1.2 %).
 USUAL_OVALITY_SHARE = 0.006
 U_PLACE_PX = 0.01  # chosen: standard uncertainty of the place of a whole limb whose edge looks perfect
 GROSS_ERROR_SENSITIVITY = 1.7  # of the biweight, in standard deviations (Huber, ISBN 0-471-41805-6, 4.3)
