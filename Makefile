@@ -48,6 +48,7 @@ study: $(VENV)/installed-dev
 	PYTHONPATH=$(TEST_PATH) $(BIN)/python -m studies
 
 bench: $(VENV)/installed-dev $(CONTRIB)/installed
+	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/pair.py
 	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks
 
 figures: $(VENV)/installed-dev
@@ -55,6 +56,7 @@ figures: $(VENV)/installed-dev
 
 tables: $(VENV)/installed-dev
 	$(BIN)/python docs/tables
+	$(BIN)/python docs/studies
 
 # mbpoll, libmodbus and two packages of npm are Modbus clients that nobody here wrote; the tests read the appliance with
 # them. They also build systemd-python, have systemd check the unit, and boot it in a container. GStreamer's RTSP server and Aravis' fake

@@ -1,4 +1,4 @@
-"""Cameras over a network that misbehave, for as long as it takes: two GigE cameras, streams that die or stay silent."""
+"""Cameras over a network that misbehave, for as long as it takes: two GigE cameras, streams that stall."""
 
 import contextlib
 import tempfile
@@ -6,22 +6,21 @@ import time
 from pathlib import Path
 
 import gige_cameras
-from network_cameras import line_to, rtsp_camera, silent_camera
+from network_cameras import line_to, rtsp_camera
 from running import free_port, running
 from second_by_second import Polling
 from shown_bars import write_bars, write_rig
-from stream_gauge import SIZE, measures, settings, starting, status
+from stream_gauge import SIZE, settings, starting
 
 TEXT = (
     "Two fake GigE Vision cameras (Aravis) in a network of their own; an RTSP server (GStreamer) on loopback. Pairs: a "
     "mismatch is a pair that counts although its true stamps are further apart than allowed and 5 ms. Stall: two "
-    "seconds of a network that stands, while the bar leaves. Silent: a camera that accepts and never answers, for ten "
-    "minutes; memory at camera_lost, and each minute after it. Limit: a camera of exactly the rate below which pairs "
-    "are too slow."
+    "seconds of a network that stands, while the bar leaves. Limit: a camera of exactly the rate below which pairs are "
+    "too slow, for ten minutes."
 )
 REPEATABLE = False  # times of a real network
 CHUNK = 1
-SILENT_MIN = LIMIT_MIN = 10
+LIMIT_MIN = 10
 DIAMETER_MM = 120.0
 STALL_S = 2.0
 LEAVES_AFTER_S = 0.4
@@ -44,30 +43,6 @@ def run(case):
 
 def summary(rows):
     return {row["what"]: row["found"] for row in rows}
-
-
-def silent(folder):
-    """Threads and memory of the station, each minute, once the camera accepts and never answers."""
-    rtsp_port, port = free_port(), free_port()
-    config = settings(folder, f"rtsp://127.0.0.1:{rtsp_port}/stream", port)
-    with contextlib.ExitStack() as stack:
-        with rtsp_camera(size=SIZE, port=rtsp_port):
-            gauge = stack.enter_context(starting(config, port))
-            measures(gauge)
-        stack.enter_context(silent_camera(rtsp_port))
-        assert gauge.said_within("camera_lost", 30), gauge.lines
-        gauge.take_lines()
-        counts = []
-        for _ in range(SILENT_MIN + 1):
-            counts.append(status(gauge.appliance.station()))
-            time.sleep(60 if len(counts) <= SILENT_MIN else 0)
-        lines = gauge.take_lines()
-        code = gauge.stop()
-    threads, memory_kb = zip(*counts, strict=True)
-    return {
-        "minutes": SILENT_MIN, "threads": [min(threads), max(threads)], "memory_kb": list(memory_kb),
-        "lines": len(lines), "exit_code": code,
-    }  # fmt: skip
 
 
 def limit(folder):
@@ -124,4 +99,4 @@ def stall(folder):
     return {"values_after_the_stall": len(served), "younger_than_the_bar": len(late), "value_at_the_end": last.validity}
 
 
-LONG = {one.__name__: one for one in (silent, limit, stall)}
+LONG = {one.__name__: one for one in (limit, stall)}

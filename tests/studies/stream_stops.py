@@ -6,8 +6,8 @@ from pathlib import Path
 
 from network_cameras import rtsp_camera
 from running import free_port
-from said import said_by
-from stream_gauge import SIZE, managed, measures, reload_changed, settings, starting, status
+from said import Running, said_by
+from stream_gauge import MEASURES_WITHIN_S, SIZE, managed, measures, reload_changed, settings, status
 
 TEXT = (
     "An RTSP server (GStreamer, H.264, 800 x 600) on loopback is both cameras. Doctor: exit codes, and how often it "
@@ -46,16 +46,22 @@ def doctor(config, _port, times):
 
 
 def stop(config, port, times):
-    ends = []
-    for _ in range(times):
-        with starting(config, port) as gauge:
+    """Stops of a gauge that measures; a start that is refused because the camera sends nothing is counted apart."""
+    ends, refused = [], []
+    while len(ends) < times:
+        with Running(config, port) as gauge:
+            assert gauge.said_within("Hotgauge measures|^hotgauge: ", MEASURES_WITHIN_S), gauge.lines
+            if gauge.lines[0].startswith("hotgauge: "):
+                refused.append((gauge.process.wait(20), gauge.lines[0]))
+                assert len(refused) < times, refused
+                continue
             measures(gauge)
             begun_s = time.monotonic()
             code = gauge.stop()
             seconds = time.monotonic() - begun_s
             gauge.listener.join(5)
             ends.append((code, "".join(gauge.lines), seconds))
-    return _ends(ends)
+    return _ends(ends) | {"refused": len(refused), "refused_codes": sorted({code for code, _ in refused})}
 
 
 def reload(config, port, times):

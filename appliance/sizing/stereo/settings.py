@@ -23,6 +23,10 @@ if TYPE_CHECKING:
     from appliance.sizing.stereo.gauge import RouteV
 
 NO_RIG_SENTENCE = "sizing.rig is not set; make a rig file with `hotgauge calibrate` and set it"
+NO_OVALITY_SENTENCE = (
+    "sizing.ovality_mm is not set: 0.6 % of the diameter counts in U, and trust may stay low; set what the product "
+    "may have"
+)
 
 
 class SizingSettings(SizingMethod):
@@ -111,6 +115,8 @@ class SizingSettings(SizingMethod):
             rig_file_gauge(self.rig, self.ovality_mm, self._route_v)
         except ScaleError as error:
             return ScaleCheck("rig", "BAD", str(error))
+        if self.ovality_mm is None:
+            return ScaleCheck("rig", "note", f"{self.rig}; {NO_OVALITY_SENTENCE}")
         return ScaleCheck("rig", "good", str(self.rig))
 
     def check_pictures(self, pictures: "Sequence[NDArray[np.uint8]]") -> None:

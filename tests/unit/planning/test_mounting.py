@@ -81,7 +81,7 @@ def test_the_error_of_simulated_bars_is_within_the_expected_uncertainty_which_gr
         parts = math.sqrt(sum(part**2 for part in one.parts_mm.values()))
         assert one.expanded_mm == pytest.approx(2 * parts, rel=0.1)
         assert one.parts_mm["shape"] > 0.3 * 0.006 * one.diameter_mm / math.sqrt(12), "rounds are 0.6 % oval"
-    assert found[0].expanded_mm < found[1].expanded_mm < 0.6
+    assert found[0].expanded_mm < found[1].expanded_mm < 0.87, "as docs/methods/trust.md says of 250 mm"
     assert shown[-1] == (2, 2)
 
 

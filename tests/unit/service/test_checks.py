@@ -94,6 +94,13 @@ def test_a_good_installation_has_no_trouble_and_check_config_says_so(planted, ca
     assert ": good;" in capsys.readouterr().out
 
 
+def test_a_rig_whose_bars_may_be_of_any_shape_gets_a_note_until_the_ovality_is_set(planted):
+    sizing = load(planted.config).sizing
+    unset = sizing.check_scale()
+    assert (unset.verdict, "sizing.ovality_mm is not set" in unset.text) == ("note", True)
+    assert sizing.model_copy(update={"ovality_mm": 0.4}).check_scale().verdict == "good"
+
+
 def rig_broken(planted: Planted) -> None:
     (planted.folder / "rig.json").write_text("{}")
 
