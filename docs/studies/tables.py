@@ -177,11 +177,12 @@ def bars_side_by_side() -> Rows:
     rows = [
         (
             *(count, f"{found['values']} of {found['bars']}", str(found["false_values"])),
-            *(lengths(found, "rmse_mm", "worst_mm"), percent(found["inside"])),
+            *(lengths(found, "rmse_mm", "worst_mm"), length(found["median_expanded_mm"])),
+            f"{100 * found['inside']:.0f} ± {100 * found['inside_standard_error']:.0f} %",
         )
         for count, found in summary("bars_side_by_side").items()
     ]
-    return [("bars", "values", "false values", "RMSE, worst mm", "inside U"), *rows]
+    return [("bars", "values", "false values", "RMSE, worst mm", "median U mm", "inside U"), *rows]
 
 
 def conveyor() -> Rows:

@@ -1,7 +1,7 @@
 """One to four bars side by side, each measured; a bar that another one hides has no value."""
 
 import numpy as np
-from calibrated_rigs import off_line, rig_with_marks
+from calibrated_rigs import off_line, off_response, rig_with_marks
 from of_rigs import inside_and_standard_error
 
 from appliance.simulation.bars.real_line import several_bars
@@ -11,28 +11,30 @@ from vision.sizing.gauge import Gauge
 
 TEXT = (
     "One to four clean bars side by side, 25 to 50 mm apart, one pair of pictures of each; rigs and calibrations as in "
-    "served_diameter, but cameras round their code values once; 800 x 600; every rig shows each number of bars. A "
-    "value belongs to the bar whose axis is nearest; one that is further than 20 mm from any, or a second one of a "
-    "bar, is false. Standard errors count the values of a rig as one draw, since its calibration and response are in "
-    "all of them."
+    "served_diameter, 800 x 600; every rig shows each number of bars. Cameras round their code values once; three bars "
+    "are also shown as in served_diameter, where a second table of 8 bits shifts codes by whole numbers. A value "
+    "belongs to the bar whose axis is nearest; one that is further than 20 mm from any, or a second one of a bar, is "
+    "false. Standard errors count the values of a rig as one draw, since its calibration and response are in all of "
+    "them."
 )
-SEEDS = range(4000, 4080)
-COUNTS = (1, 2, 3, 4)
+SEEDS = range(4000, 4064)
+TWICE = "3, rounded twice"
+SHOWN = ("1", "2", "3", "4", TWICE)
 SAMPLE = 2
 NEAR_MM = 20.0
 
 
 def cases():
-    return [{"count": count, "seed": seed} for seed in SEEDS for count in COUNTS]
+    return [{"shown": shown, "seed": seed} for seed in SEEDS for shown in SHOWN]
 
 
 def run(case):
-    line = off_line(several_bars(case["seed"], case["count"]), case["seed"])
+    line = several_bars(case["seed"], _count(case["shown"]))
     try:
         gauge = Gauge(rig_with_marks(case["seed"]), 0.0)
     except CalibrationError:
         return {"refused": True}
-    readings = gauge.measure_bars(*next(line.pairs(1)))
+    readings = gauge.measure_bars(*_pictures(line, case))
     valid = [reading for reading in readings if reading.valid]
     truth = line.setup.bars
     found = [min(truth, key=lambda bar: abs(bar.offset_mm - one.offset_mm)) for one in valid]
@@ -48,11 +50,21 @@ def run(case):
     }
 
 
+def _count(shown):
+    return int(shown[0])
+
+
+def _pictures(line, case):
+    if case["shown"] == TWICE:
+        return [off_response(picture, case["seed"]) for picture in next(line.pairs(1))]
+    return next(off_line(line, case["seed"]).pairs(1))
+
+
 def summary(rows):
-    return {str(count): _of_count([row for row in rows if row["count"] == count], count) for count in COUNTS}
+    return {shown: _of_bars([row for row in rows if row["shown"] == shown], _count(shown)) for shown in SHOWN}
 
 
-def _of_count(rows, count):
+def _of_bars(rows, count):
     rows = [row for row in rows if not row["refused"]]
     error = np.array([value for row in rows for value in row["error_mm"]])
     expanded = np.array([value for row in rows for value in row["expanded_mm"]])

@@ -13,6 +13,7 @@ from vision.calibration.acceptance import CalibrationError
 from vision.reasons import Reason
 from vision.sizing.gauge import Gauge
 from vision.sizing.passing_bar import PassingBar
+from vision.sizing.tangent.gauge import TangentGauge
 
 TEXT = (
     "One camera turned about an axis of random direction through its own centre since the calibration; a clean bar, "
@@ -22,7 +23,7 @@ TEXT = (
     "draw, since its calibration and response are in all of them."
 )
 DEGREES = (0.02, 0.05)
-SEEDS = range(5000, 5080)
+SEEDS = range(5000, 5064)
 FRAMES = 3
 SAMPLE = 2
 FRAME_PERIOD_S = 0.04
@@ -46,7 +47,7 @@ def run(case):
     readings = [bar.add(gauge.measure(*pair), FRAME_PERIOD_S * frame) for frame, pair in enumerate(pairs)]
     still = gauge.measure(*next(replace(line, nudges={}).pairs(1)))
     marks = [len(one.patch) for one in rig.marks]
-    blind = Gauge(replace(rig, marks=tuple(type(one)(one.place_px[:0], one.patch[:0]) for one in rig.marks)), 0.0)
+    blind = TangentGauge(rig, 0.0)  # still marks are not its own
     return {
         "refused": False,
         "marks": min(marks),
