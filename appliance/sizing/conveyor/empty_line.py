@@ -21,7 +21,7 @@ from vision.sizing.conveyor.gauge import ConveyorGauge
 DRAWN_LEVEL = 230  # chosen: pixel value of the bar that `warm_up` draws
 BARRIER_TROUBLES = {
     Reason.BARRIER_HIDDEN: "no pair of barriers shows along the line, or more than a fifth of one is hidden",
-    Reason.BARRIER_BENT: "a barrier is not straight in the picture",
+    Reason.BARRIER_BENT: "a barrier is not straight in the picture, or compression leaves too little of it",
 }
 
 
