@@ -135,9 +135,9 @@ def test_u_of_a_fused_value_holds_though_the_views_widths_differ(oblique, method
     assert fused.expanded_uncertainty_mm >= 2 / np.sqrt(3) * abs(fused.diameter_mm - apart.diameter_mm)
 
 
-def test_fused_pictures_of_subsampled_colours_are_measured_in_luma(oblique):
-    scene, alone = oblique
-    gauge = VirtualBoardGauge(alone.rig, edges="sobel", fusion="db4")
+def test_fused_pictures_of_subsampled_colours_are_measured_in_luma():
+    scene = draw("clean", 3)
+    gauge = VirtualBoardGauge(perfect_rig(scene.rig, scene.response), edges="sobel", fusion="db4")
     plain = gauge.measure(scene.left, scene.right)
     sent = [CODINGS["jpeg 4:2:0 q90"].sent([picture]) for picture in (scene.left, scene.right)]
     in_luma, in_colours = gauge.measure(*sent), gauge.measure(*(one.shown for one in sent))
