@@ -40,7 +40,8 @@ LARGEST_SHARE = 0.5
 # to either side; x264 also leaves out what it deems invisible, predicts blocks from their neighbours and smooths them.
 PLACE_JPEG_PX, PLACE_VIDEO_PX = 0.2, 0.8
 CROSSED_POWER = 0.75  # of the blocks that a slanted edge crosses, by which that falls
-BLOCK_PX = 8  # over which errors of a coder go together: side of a transform block (ITU-T T.81, H.264)
+BLOCK_PX = 8  # side of a transform block (ITU-T T.81, H.264)
+TOGETHER_PX = 4.0  # over which errors of a coder go together: side of H.264's smallest block
 JPEG_STEP = 24.0  # of the luma table at quality 50: its middle frequencies (ITU-T T.81, K.1)
 USUAL_JPEG_QUALITY = 85  # of a file that does not tell
 USUAL_QUANTISER = 30  # of a stream that does not tell: at edges, about CRF 23
@@ -120,7 +121,7 @@ def u_place_px(coding: Coding, step_codes: float, crossed_px: float) -> float:
 
 def correlated_px(coding: Coding) -> float:
     """Distance over which errors of a picture go together: of neighbouring pixels, or of a coder's block."""
-    return 1.0 if coding.compression == "none" else float(BLOCK_PX)
+    return 1.0 if coding.compression == "none" else TOGETHER_PX
 
 
 def step_codes(coding: Coding, plane: LightPlane, levels: tuple[Array, Array]) -> float:

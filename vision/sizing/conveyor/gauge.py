@@ -44,9 +44,9 @@ LEAST_WINDOWS_SHARE = 0.2  # chosen: with fewer windows there is no value (`no_w
 LINE_DISTANCE_PX = 1.0  # chosen: a row whose edge lies further off the bar's straight line is left out
 CLIPPED_LIGHT = (CLIPPED_CODE - 0.5) / 255  # linear light of an overexposed point: from code value 250 on
 CAMERA_MOVED_PX = 0.3  # chosen: a barrier further from its place in the empty pictures; noise makes 0.03 px
-# Chosen: coders flatten the fall of light towards a limb, which then lies further off than a straight step's edge; on
-# simulated limbs 1.6 times as far, in docs/studies/coded_conveyor.json U holds with it.
-CODED_LIMB_FACTOR = 1.4
+# Chosen on simulated lines other than those of docs/studies/coded_conveyor.json, where U holds with it: coders flatten
+# the fall of light towards a limb, which then lies further off than the edge of a straight step.
+CODED_LIMB_FACTOR = 1.2
 MEDIAN_FACTOR = 1.2533  # standard error of a median over that of a mean, sqrt(pi / 2)
 
 
