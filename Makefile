@@ -19,10 +19,11 @@ run: $(VENV)/installed
 check: $(VENV)/installed-dev
 	@$(MAKE) --no-print-directory --jobs=2 lint contracts unit types
 
-# tests in two processes first; those that need the computer for themselves (marked `alone`) after them
+# tests that compute in two processes first, those that mostly wait after them, and last those that need the computer for themselves
 test: packages $(VENV)/installed-systemd $(CONTRIB)/installed lint types contracts kernels
 	rm -f .coverage .coverage.*
-	$(BIN)/python -m pytest --cov --cov-report= --durations=20 -m "not alone" $(IN_TWO_PROCESSES)
+	$(BIN)/python -m pytest --cov --cov-report= --durations=20 -m "not alone and not waiting" $(IN_TWO_PROCESSES)
+	$(BIN)/python -m pytest --cov --cov-append --cov-report= --durations=20 -m waiting $(IN_TWO_PROCESSES)
 	$(BIN)/python -m pytest --cov --cov-append --cov-fail-under=91 --durations=20 -m alone
 
 unit: kernels
@@ -47,6 +48,7 @@ study: $(VENV)/installed-dev
 	PYTHONPATH=$(TEST_PATH) $(BIN)/python -m studies
 
 bench: $(VENV)/installed-dev $(CONTRIB)/installed
+	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/pair.py
 	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks
 
 figures: $(VENV)/installed-dev
@@ -54,6 +56,7 @@ figures: $(VENV)/installed-dev
 
 tables: $(VENV)/installed-dev
 	$(BIN)/python docs/tables
+	$(BIN)/python docs/studies
 
 # mbpoll, libmodbus and two packages of npm are Modbus clients that nobody here wrote; the tests read the appliance with
 # them. They also build systemd-python, have systemd check the unit, and boot it in a container. GStreamer's RTSP server and Aravis' fake

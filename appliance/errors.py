@@ -12,6 +12,7 @@
     |   +-- RigError              sizing.stereo.rig_file     no usable rig file
     |   +-- EdgeModelError        sizing.stereo.edge_model no usable edge forest
     |   +-- EmptyLineError        sizing.conveyor.empty_line no usable picture of the empty line
+    |   +-- AdjustmentError       sizing.method              a known error that was found with another calibration
     +-- CaptureError              capture.error              pictures cannot be taken or kept
     +-- ReferencesError           ingot.reader_setup         no usable references of the ingots' ends
     +-- ArchiveError              archives.recordings        a folder of recordings cannot be measured

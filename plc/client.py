@@ -11,7 +11,7 @@ from pymodbus import ModbusException
 from pymodbus.client import ModbusTcpClient
 
 from plc.codes import Orientation
-from plc.poll import ANSWER_WITHIN_S, Place, PollError, Snapshot, connect, scan
+from plc.poll import ANSWER_WITHIN_S, Place, PollError, Snapshot, connect, connection_lost, scan
 from plc.process_image import encode_set_points
 from plc.registers import COMMANDS, REGISTERS, SET_POINTS
 from plc.rows import WordOrder, select
@@ -46,7 +46,7 @@ def press(place: Place, command: str) -> None:
             try:
                 answer = client.write_coil(_COMMANDS[command], level)
             except (ModbusException, OSError) as error:
-                raise PollError(f"{place}: connection lost; check that the gauge runs ({error})") from error
+                raise PollError(connection_lost(str(place))) from error
             if answer.isError():
                 advice = "check plc.writes, plc.writers and the role in the certificate"
                 raise WriteRefusedError(f"{place}: refuses {command}, exception {answer.exception_code}; {advice}")

@@ -201,6 +201,11 @@ def poll(host: str, port: int = 502, *, every_s: float = 1.0, word_order: WordOr
             time.sleep(max(0.0, due - time.monotonic()))
 
 
+def connection_lost(place: str) -> str:
+    """What to say of a connection that was closed in the middle, as a port with TLS does to who has no certificate."""
+    return f"{place}: connection lost; check that the gauge runs, that the port is the plain one, or the certificate"
+
+
 def _is_known(host: str) -> bool:
     try:
         socket.getaddrinfo(host, None)
@@ -218,7 +223,7 @@ def scan(client: ModbusTcpClient, place: str, word_order: WordOrder) -> Snapshot
         written = client.read_holding_registers(SET_POINTS.start, count=len(SET_POINTS))
         several = client.read_input_registers(BARS.start, count=len(BARS))
     except (ModbusException, OSError) as error:
-        raise PollError(f"{place}: connection lost; check that the gauge runs ({error})") from error
+        raise PollError(connection_lost(place)) from error
     for answer in (block, bits, written, several):
         _refuse_exception(answer, place)
     elapsed_ms = 1000 * (time.monotonic() - begun)

@@ -1,6 +1,7 @@
 """What all tests share: the recordings, and no skipping behind CI's back."""
 
 import os
+import signal
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,11 @@ LISTED_SKIPS = frozenset(
         "tests/system/modbus/test_tmodbus.py",  # tModbus needs Python 3.12
     }
 )
+
+
+def pytest_configure() -> None:
+    """Let programs that the tests start hear SIGINT, which a shell's background jobs ignore, and their children too."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")

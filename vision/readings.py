@@ -21,6 +21,7 @@ A flag of the high 16 bits lowers the trust in a value but does not forbid it:
 """
 
 import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from vision.reasons import IngotReason, Reason
@@ -51,7 +52,7 @@ class SizeReading:
     plane_height_mm : float
         Height of the virtual board.
     axis_height_mm : float
-        Height of the bar's axis over the conveyor plane z = 0, at y = 0.
+        Height of the bar's axis over the conveyor plane z = 0, at y = 0; NaN by one camera, which assumes it.
     offset_mm : float
         Position of the axis across the line (x), at y = 0.
     u_edge_mm, u_calibration_mm, u_board_mm, u_light_mm, u_shape_mm, u_model_mm : float
@@ -124,6 +125,35 @@ class SizeReading:
     def valid(self) -> bool:
         """Whether the diameter may be used."""
         return math.isfinite(self.diameter_mm) and not self.reasons.forbids_value
+
+
+def of_all_bars(readings: Sequence[SizeReading]) -> SizeReading:
+    """The one reading of a frame: of its bar, or `several_bars` with what the frame says of cameras and light.
+
+    Parameters
+    ----------
+    readings : sequence of SizeReading
+        Of all bars of the frame, at least one.
+
+    Returns
+    -------
+    SizeReading
+        Of several bars: `calibration_due` and the marks' move, which are the cameras'; of all limbs the largest clipped
+        share and the least light, by which the exposure is set.
+    """
+    if len(readings) == 1:
+        return readings[0]
+    due = any(Reason.CALIBRATION_DUE in reading.reasons for reading in readings)
+    return SizeReading(
+        reasons=Reason.SEVERAL_BARS | (Reason.CALIBRATION_DUE if due else Reason.NONE),
+        clipped_share=max(_finite(reading.clipped_share for reading in readings), default=math.nan),
+        limb_light=min(_finite(reading.limb_light for reading in readings), default=math.nan),
+        marks_moved_px=max(_finite(reading.marks_moved_px for reading in readings), default=math.nan),
+    )
+
+
+def _finite(values: Iterable[float]) -> list[float]:
+    return [value for value in values if math.isfinite(value)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -81,7 +81,7 @@ REASONS: tuple[ReasonRow, ...] = (
     ReasonRow(Reason.STARTING, True, "the measuring process is not ready yet"),
     ReasonRow(Reason.EDGES_CLIPPED, True, "every colour channel is overexposed along a limb of the bar"),
     ReasonRow(Reason.HELD, True, "the PLC holds the gauge"),
-    ReasonRow(Reason.NO_WINDOWS, True, "too few windows along the bar give a diameter by virtual boards"),
+    ReasonRow(Reason.NO_WINDOWS, True, "too few windows along the bar give a diameter"),
     ReasonRow(Reason.NOT_ALIGNED, True, "no virtual board makes the bar's outlines in both views agree"),
     ReasonRow(Reason.CAMERA_MOVED, True, "a camera has moved too far since its calibration"),
     ReasonRow(Reason.BAR_TOO_SHORT, True, "the bar covers less than half of the measuring region"),

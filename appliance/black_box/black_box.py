@@ -6,6 +6,7 @@ Adding an exposure stores references and never waits. The thread compresses outs
 import contextlib
 import importlib.metadata
 import json
+import logging
 import math
 import os
 import queue
@@ -26,6 +27,8 @@ AFTER_S = 1.0  # chosen: what followed a cause belongs to the recording; part of
 LEAST_FREE_SPACE_BYTES = 200 << 20  # chosen: of the disk, which belongs to the history and to the system
 WRITER_NICE = 10  # chosen: a tenth of a measuring thread's share; at 19 a busy computer took minutes for a recording
 BOX_FILE = "black_box.json"
+
+logger = logging.getLogger("hotgauge.black_box")
 
 
 class _Cause(NamedTuple):
@@ -95,9 +98,9 @@ class BlackBox:
         self._causes.put(None)
 
     def _run(self, directory: Path) -> None:
-        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), WRITER_NICE)
-        for left_over in directory.glob(f"{PARTIAL}*-{self._station}-*"):
-            shutil.rmtree(left_over, ignore_errors=True)
+        with contextlib.suppress(OSError):  # a service that may not lower its priority keeps recordings all the same
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), WRITER_NICE)
+        self._remove_partial(directory)
         while (cause := self._causes.get()) is not None:
             if not self._is_due(cause):
                 continue
@@ -106,8 +109,16 @@ class BlackBox:
                 self._write(directory, [cause, *self._meanwhile()])
             except OSError as error:
                 self.trouble = f"{directory}: the pictures of {cause.why} are not kept ({error.strerror})"
+            except Exception as error:  # a mistake of our own is a fault, too, and the next cause may succeed
+                logger.exception("%s: the pictures of %s", directory, cause.why)
+                self._remove_partial(directory)
+                self.trouble = f"{directory}: the pictures of {cause.why} are not kept ({error!r}); send the log"
             else:
                 self.trouble = ""
+
+    def _remove_partial(self, directory: Path) -> None:
+        for left_over in directory.glob(f"{PARTIAL}*-{self._station}-*"):
+            shutil.rmtree(left_over, ignore_errors=True)
 
     def _meanwhile(self) -> list[_Cause]:
         """Causes that came before the pictures are taken, which show them too."""

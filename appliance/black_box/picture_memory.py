@@ -52,7 +52,7 @@ class PictureMemory:
     seconds : float
         Time from the oldest to the newest.
     bytes_max : int
-        Of the pictures; the oldest go first.
+        Of the pictures; the oldest go first, and one exposure that is larger is not kept.
     """
 
     def __init__(self, seconds: float, bytes_max: int) -> None:
@@ -71,7 +71,7 @@ class PictureMemory:
             self._kept.append(kept)
             self._bytes += kept.size_bytes
             newest_s = kept.exposed.exposed_monotonic_s
-            while self._bytes > self._bytes_max or newest_s - self._oldest_s() > self._seconds:
+            while self._kept and (self._bytes > self._bytes_max or newest_s - self._oldest_s() > self._seconds):
                 self._bytes -= self._kept.popleft().size_bytes
 
     def _oldest_s(self) -> float:

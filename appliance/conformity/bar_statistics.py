@@ -8,8 +8,7 @@ from appliance.sizing.message import ReadingMessage
 from plc.rows import Value
 from vision.readings import SizeReading
 from vision.reasons import Reason
-
-BLIND_TIME_S = 2.0  # chosen: after so long without any reading, the next one begins a new bar
+from vision.sizing.bar_gap import BarGap
 
 
 class Part(enum.Enum):
@@ -41,8 +40,8 @@ class BarStatistics:
     Only readings of the bar's body count. Head and tail count until the first reading of a body, and so on the whole
     of a bar that is shorter than the measuring region.
 
-    A bar begins with the first valid reading after a gap. It ends after `gap_s` of readings without a bar, or after
-    BLIND_TIME_S (at least `gap_s`) without any reading, and where a recording loops or jumps.
+    A bar begins with the first valid reading after a gap. It ends as `BarGap` says, and where a recording loops or
+    jumps.
 
     Parameters
     ----------
@@ -51,10 +50,9 @@ class BarStatistics:
     """
 
     def __init__(self, gap_s: float) -> None:
-        self._gap_s = gap_s
+        self._gap = BarGap(gap_s)
         self._passing = False
         self._stretch = 0
-        self._seen_s = 0.0
         self._bars = 0
         self._readings = 0
         self._body = False
@@ -67,12 +65,8 @@ class BarStatistics:
         if message.stretch != self._stretch:
             self.end()
             self._stretch = message.stretch
-        away_s = message.exposed_monotonic_s - self._seen_s
-        if Reason.NO_BAR in reading.reasons:
-            self._passing = self._passing and away_s < self._gap_s
-            return
-        self._passing = self._passing and away_s < max(BLIND_TIME_S, self._gap_s)
-        self._seen_s = message.exposed_monotonic_s
+        if self._gap.ends_bar(reading, message.exposed_monotonic_s):
+            self.end()
         if reading.valid:
             self._add(reading, body=part_of_bar(reading.reasons) is Part.BODY)
 

@@ -3,17 +3,15 @@
 import math
 
 from vision.readings import SizeReading
-
-LEAST_READINGS_SCATTER = 4  # chosen: fewer readings say too little of their scatter
+from vision.sizing.correlated_mean import LEAST_COUNT_SCATTER, mean_variance_factor, own_uncertainty_mm
 
 
 class MeanUncertainty:
     """U of the plain mean of readings.
 
     Readings share calibration, board, light, the section's unseen part and limbs that lie off: those parts stay whole,
-    as mean squares. The others shrink as the readings' scatter and the correlation r of neighbours allow: the variance
-    of the mean is s^2 / n x (1 + r) / (1 - r) (Bayley and Hammersley, doi:10.2307/2983560), and at least that of the
-    stated parts.
+    as mean squares. The others shrink as the readings' scatter and the correlation of neighbours allow: the variance
+    of the mean is s^2 / n x `mean_variance_factor`, and at least that of the stated parts.
     """
 
     def __init__(self) -> None:
@@ -33,7 +31,7 @@ class MeanUncertainty:
         self._count += 1
         self._sum += away_mm
         self._squares += away_mm**2
-        own_mm = math.hypot(_number(reading.u_edge_mm), _number(reading.u_motion_mm))
+        own_mm = own_uncertainty_mm(reading)
         self._own_mm2 += own_mm**2
         self._shared_mm2 += max((reading.expanded_uncertainty_mm / 2) ** 2 - own_mm**2, 0.0)
 
@@ -48,7 +46,7 @@ class MeanUncertainty:
     def _scatter_mm2(self) -> float:
         """Variance of the mean from the readings' scatter and the correlation of neighbours."""
         count = self._count
-        if count < LEAST_READINGS_SCATTER:
+        if count < LEAST_COUNT_SCATTER:
             return 0.0
         mean = self._sum / count
         squares = max(self._squares - count * mean**2, 0.0)
@@ -56,10 +54,4 @@ class MeanUncertainty:
         both_ends = self._last_mm - self._first_mm
         neighbours = self._products - mean * (2 * self._sum - both_ends) + (count - 1) * mean**2
         r = neighbours / squares if squares > 0 else 0.0
-        r = min(max(r + (1 + 3 * max(r, 0.0)) / count, 0.0), 1 - 2 / count)  # with the bias of short series added back
-        return squares / (count - 1) / count * (1 + r) / (1 - r)
-
-
-def _number(value: float) -> float:
-    """0 for a part that a method does not state."""
-    return value if math.isfinite(value) else 0.0
+        return squares / (count - 1) / count * mean_variance_factor(r, count)

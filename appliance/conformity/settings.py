@@ -3,6 +3,7 @@
 from pydantic import Field
 
 from appliance.settings.section import Section, unit
+from vision.sizing.bar_gap import GAP_S
 
 
 class JudgingSettings(Section):
@@ -23,7 +24,7 @@ class JudgingSettings(Section):
         json_schema_extra=unit("°C"),
     )
     bar_gap_ms: int = Field(
-        default=300,
+        default=round(1000 * GAP_S),
         ge=0,
         le=60000,
         description="Time without a bar in view after which the next reading begins a new bar",

@@ -8,7 +8,8 @@ from appliance.diagnostics.alarms import ALARMS
 from appliance.diagnostics.fault_table import FAULTS
 from plc.codes import DeviceState
 
-SILENT_FOR = "1m"
+AWAY_FOR = "1m"
+STILL_WINDOW = "5m"  # five scrapes at Prometheus's default period of 1 min; a window with one sample has no change
 SEVERITIES = {DeviceState.FAILURE: "high", DeviceState.OUT_OF_SPECIFICATION: "medium"}
 
 
@@ -40,17 +41,18 @@ def alert_rules() -> list[AlertRule]:
         AlertRule(
             "HotgaugeAway",
             'up{job="hotgauge"} == 0',
-            SILENT_FOR,
+            AWAY_FOR,
             "high",
             "the gauge's figures cannot be read",
             "check that the gauge runs and that its network is there",
         ),
         AlertRule(
             "HotgaugeStandsStill",
-            f"changes(hotgauge_heartbeat[{SILENT_FOR}]) == 0",
-            "0s",
+            f"changes(hotgauge_heartbeat[{STILL_WINDOW}]) == 0 "
+            'or (up{job="hotgauge"} == 1 unless on (job, instance) hotgauge_heartbeat)',
+            AWAY_FOR,
             "high",
-            "the gauge's heartbeat stands still, so that all its figures are old",
+            "the gauge's heartbeat stands still or is missing: it tells no new figures",
             "wait ten seconds; if it comes back, send the log to the maker",
         ),
     ]

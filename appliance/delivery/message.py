@@ -41,12 +41,15 @@ class FiguresLine(StationMessage):
         By name of the register; None for no value.
     faults, alarms : tuple of str
         Names of those that are active.
+    rows_dropped : int
+        Rows given up since the supervisor started, because this process did not read them.
     """
 
     kind: Literal["figures"] = "figures"
     values: dict[str, Value]
     faults: tuple[str, ...]
     alarms: tuple[str, ...]
+    rows_dropped: int = 0
 
 
 class DeliveryStatus(StationMessage):

@@ -1,11 +1,13 @@
 """Figures for Prometheus: the registers of the measurement block, states, faults and alarms, from their tables.
 
 A register without a value has no sample: a panel then shows a gap, and no alert compares a number that does not exist.
+Figures older than FIGURES_AGE_MAX_S have none either: a supervisor that stands still shows no size that looks new.
 """
 
 import importlib
 import importlib.metadata
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 from appliance.delivery.message import FiguresLine, Value
@@ -17,6 +19,7 @@ from plc.registers import REGISTERS
 # a gauge may not end in "_total", which is a counter's
 UNIT_ENDINGS = {"mm": "_mm", "%": "_percent", "ms": "_ms", "°C": "_celsius", "": ""}
 COUNTERS = ("frames_dropped", "clients_refused")
+FIGURES_AGE_MAX_S = 5.0  # chosen: five periods; older figures are of a supervisor that stands still
 FAULT_NAME, ALARM_NAME = "hotgauge_fault", "hotgauge_alarm"
 
 
@@ -56,6 +59,12 @@ FIGURES = _figures()
 class Metrics:
     """The newest figures, read by the threads that answer Prometheus.
 
+    Parameters
+    ----------
+    settings : MetricsSettings
+    clock : callable
+        Monotonic time, seconds.
+
     Attributes
     ----------
     mqtt_waiting, mqtt_dropped : int
@@ -64,17 +73,19 @@ class Metrics:
         Why nothing is served; empty while it is, or need not be.
     """
 
-    def __init__(self, settings: MetricsSettings) -> None:
+    def __init__(self, settings: MetricsSettings, clock: Callable[[], float] = time.monotonic) -> None:
         self.mqtt_waiting = self.mqtt_dropped = 0
         self.trouble = ""
         self._settings = settings
+        self._clock = clock
         self._newest: FiguresLine | None = None
+        self._newest_s = 0.0
         self._server: Any = None
         self._library: Any = None
 
     def update(self, figures: FiguresLine) -> None:
         """Have the next scrape see these."""
-        self._newest = figures
+        self._newest_s, self._newest = self._clock(), figures
 
     def open(self) -> None:
         """Open the port unless it is open; `trouble` says why not."""
@@ -118,6 +129,10 @@ class Metrics:
         yield family.GaugeMetricFamily("hotgauge_mqtt_waiting", "messages that wait for the broker", self.mqtt_waiting)
         yield family.CounterMetricFamily("hotgauge_mqtt_dropped", "messages given up", self.mqtt_dropped)
         if newest is None:
+            return
+        rows = "rows given up before they reached the process that delivers"
+        yield family.CounterMetricFamily("hotgauge_rows_dropped", rows, newest.rows_dropped)
+        if self._clock() - self._newest_s > FIGURES_AGE_MAX_S:
             return
         for figure in FIGURES:
             number = _number(newest.values.get(figure.register))

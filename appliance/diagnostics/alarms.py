@@ -79,7 +79,8 @@ ALARMS: tuple[AlarmRow, ...] = (
         1.0,
         1.0,
         "a bar is there, but its diameter cannot be trusted",
-        "look for steam, scale or light on the bar and for dirt on the cameras' windows",
+        "look for steam, scale or light on the bar and for dirt on the cameras' windows; if it is on for every bar, "
+        "set sizing.ovality_mm or the tolerances: without them U is too large to be trusted",
     ),
     AlarmRow(
         "alarm_camera",

@@ -1,11 +1,9 @@
 """The runtime directory: what a running gauge leaves there is gone after it, and read by the page alone."""
 
-import contextlib
 import os
 import tempfile
 from pathlib import Path
 
-RELOAD_FILE = "reload"
 RUNTIME_VARIABLE = "RUNTIME_DIRECTORY"  # of systemd
 
 
@@ -34,26 +32,6 @@ def give_runtime_folder(port: int) -> None:
     except OSError:
         return
     os.environ[RUNTIME_VARIABLE] = str(folder)
-
-
-def ask_for_reload() -> None:
-    """Ask the gauge to read its settings and its calibration again; nothing happens without a runtime directory."""
-    folder = runtime_folder()
-    if folder is not None:
-        with contextlib.suppress(OSError):
-            (folder / RELOAD_FILE).touch()
-
-
-def was_asked_for_reload() -> bool:
-    """Whether somebody has asked since the last call."""
-    folder = runtime_folder()
-    if folder is None:
-        return False
-    try:
-        (folder / RELOAD_FILE).unlink()
-    except OSError:
-        return False
-    return True
 
 
 def preview_file(folder: Path, station: str) -> Path:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from appliance.history.schema import migrate
-from appliance.history.tables import TABLES, Row
+from appliance.history.tables import TABLES, VERIFICATIONS, Row
 
 FILE_NAME = "history.db"
 HEADER = b"SQLite format 3\0"
@@ -131,7 +131,7 @@ def thin(connection: sqlite3.Connection, oldest_utc_ms: int, size_max_bytes: int
     ----------
     connection : sqlite3.Connection
     oldest_utc_ms : int
-        Rows from before this moment are deleted.
+        Rows from before this moment are deleted; verifications stay, for a calibration is due by the last of them.
     size_max_bytes : int
         While the file holds more, the oldest readings are deleted, and when there are none the oldest bars.
 
@@ -142,7 +142,8 @@ def thin(connection: sqlite3.Connection, oldest_utc_ms: int, size_max_bytes: int
     """
     before = connection.total_changes
     for table in TABLES:
-        _delete_oldest(connection, table.name, table.time, oldest_utc_ms)
+        if table is not VERIFICATIONS:
+            _delete_oldest(connection, table.name, table.time, oldest_utc_ms)
     if used_bytes(connection) > size_max_bytes:
         by_worth = (table for table in TABLES if table.name in {"readings", "bars"})
         for table in by_worth:

@@ -1,6 +1,7 @@
 """The history of a running appliance: its rows, its thread, its faults. Without a directory nothing is kept."""
 
 import asyncio
+import contextlib
 import importlib.metadata
 import time
 from collections.abc import Callable
@@ -11,6 +12,7 @@ from appliance.conformity.plc_inputs import PlcInputs
 from appliance.diagnostics.alarms import Alarms
 from appliance.diagnostics.faults import Faults
 from appliance.history.recorder import Recorder
+from appliance.history.schema import HistoryError
 from appliance.history.settings import HistorySettings
 from appliance.history.tables import Row
 from appliance.history.verified import calibration_due
@@ -27,8 +29,6 @@ class HistoryKeeper:
     settings : HistorySettings
     inputs : PlcInputs
         What the PLC has written.
-    scale_file : callable
-        Gives the file that makes millimetres of pixels now; None where there is none.
     trust_min : float
         Mean trust below which a bar is undecided.
     deliver : callable, optional
@@ -46,7 +46,6 @@ class HistoryKeeper:
         self,
         settings: HistorySettings,
         inputs: PlcInputs,
-        scale_file: Callable[[], Path | None],
         *,
         trust_min: float,
         deliver: Callable[[Row], None] | None = None,
@@ -59,7 +58,6 @@ class HistoryKeeper:
             self._writer = HistoryWriter(settings.directory, settings, run_utc_ms, version=version, wall=wall)
         self._deliver = deliver
         self.recorder = Recorder(self._put, run_utc_ms, settings, inputs, trust_min=trust_min, wall=wall)
-        self._scale_file = scale_file
         self._folder = settings.directory
         self._due_days = settings.verification_due_days
         self._due = ""
@@ -69,20 +67,18 @@ class HistoryKeeper:
         """Write until cancelled."""
         if self._writer is not None:
             self._writer.start()
-        async with asyncio.TaskGroup() as tasks:
-            tasks.create_task(self.recorder.watch_calibration(self._scale_file))
-            if self._folder is not None:
-                tasks.create_task(self._watch_verifications(self._folder))
-
-    async def _watch_verifications(self, folder: Path) -> None:
-        """See again and again whether the calibration in force is verified; `hotgauge verify` is another process."""
         while True:
             await asyncio.sleep(VERIFICATION_PERIOD_S)
-            if self.recorder.calibration:
-                now = datetime.fromtimestamp(self._wall(), tz=UTC)
-                self._due = await asyncio.to_thread(
-                    calibration_due, folder, self.recorder.calibration, self._due_days, now
-                )
+            if self._folder is not None:
+                with contextlib.suppress(HistoryError):  # one that cannot be read now does not lift a due date
+                    self._due = await asyncio.to_thread(self._find_due, self._folder)
+
+    def _find_due(self, folder: Path) -> str:
+        """Whether the calibration in force is verified; `hotgauge verify` is another process."""
+        if not self.recorder.calibration:
+            return ""
+        now = datetime.fromtimestamp(self._wall(), tz=UTC)
+        return calibration_due(folder, self.recorder.calibration, self._due_days, now)
 
     def update(self, faults: Faults, alarms: Alarms) -> None:
         """Keep what has changed in faults and alarms since the last call, and tell of trouble with the disk.
@@ -104,6 +100,7 @@ class HistoryKeeper:
     async def stop(self) -> None:
         """Write what is left; a disk that does not answer is given up after a while."""
         self.recorder.end_bar()
+        self.recorder.end_day()
         if self._writer is not None:
             await asyncio.to_thread(self._writer.stop)
 

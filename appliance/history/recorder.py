@@ -3,8 +3,6 @@
 It is called by the loop that serves the PLC, so it only compares and hands over.
 """
 
-import asyncio
-import hashlib
 import math
 import time
 from collections.abc import Callable, Mapping, Set
@@ -24,7 +22,6 @@ from plc.security.roles import Client
 from vision.reasons import Reason
 
 EMPTY_PERIOD_S = 60.0
-CALIBRATION_PERIOD_S = 60.0
 MARKS_FIRST = 100  # readings after which a day's check of the still marks is kept for the first time
 MARKS_PERIOD_MS = 3_600_000
 MS_PER_DAY = 86_400_000
@@ -72,7 +69,7 @@ class Recorder:
     Attributes
     ----------
     calibration : str
-        SHA-256 of the file that makes millimetres of pixels now; empty before it was read.
+        SHA-256 of the file that the readings were made with; empty before the first, or without a file.
     """
 
     def __init__(
@@ -101,6 +98,8 @@ class Recorder:
         self._adjustment = Adjustment()
         self._marks = Mean()
         self._marks_day_ms = self._marks_kept_ms = 0
+        self._marks_kept = 0
+        self._marks_simulated = False
 
     def add_reading(self, message: ReadingMessage, served: Mapping[str, Served]) -> None:
         """Count a new reading.
@@ -160,8 +159,8 @@ class Recorder:
                 self._put("set_point_writes", written | who)
 
     def set_adjustment(self, adjustment: Adjustment) -> None:
-        """Keep the known error that is taken off from now on, if there is one or there was one before."""
-        if self._adjustment.added_mm or adjustment.added_mm:
+        """Keep the known error that is taken off from now on, if it is another than before."""
+        if adjustment != self._adjustment and (self._adjustment.added_mm or adjustment.added_mm):
             self._put("adjustments", {"found_utc_ms": self._now_utc_ms(), **adjustment.model_dump()})
         self._adjustment = adjustment
 
@@ -203,22 +202,18 @@ class Recorder:
         for name in self._unacknowledged.keys() - unacknowledged:
             self._change(self._unacknowledged.pop(name), "acknowledged_utc_ms")
 
-    async def watch_calibration(self, scale_file: Callable[[], Path | None]) -> None:
-        """Look at the file that makes millimetres of pixels, again and again, and keep each content once.
+    def set_calibration(self, file: Path | None, sha256: str) -> None:
+        """Keep the file that makes millimetres of pixels from now on, if its content is another than before.
 
         Parameters
         ----------
-        scale_file : callable
-            Gives the file that is in use now; None where there is none.
+        file : Path or None
+        sha256 : str
+            Of the content that the gauge was made from, which may be an older one than the file's; empty: no file.
         """
-        while True:
-            file = scale_file()
-            found = "" if file is None else await asyncio.to_thread(_sha256, file)
-            if found and found != self.calibration:
-                self.calibration = found
-                values: dict[str, Value] = {"found_utc_ms": self._now_utc_ms(), "file": str(file), "sha256": found}
-                self._put("calibrations", values)
-            await asyncio.sleep(CALIBRATION_PERIOD_S)
+        if sha256 and sha256 != self.calibration:
+            self._put("calibrations", {"found_utc_ms": self._now_utc_ms(), "file": str(file), "sha256": sha256})
+        self.calibration = sha256
 
     def _is_kept(self, message: ReadingMessage, served: Mapping[str, Served]) -> bool:
         names = ("validity", "reason_word", "decision", "bar_sequence")
@@ -236,13 +231,25 @@ class Recorder:
         now_ms = self._now_utc_ms()
         day_ms = now_ms - now_ms % MS_PER_DAY
         if day_ms != self._marks_day_ms:
-            self._marks, self._marks_day_ms, self._marks_kept_ms = Mean(), day_ms, now_ms
+            self.end_day()
+            self._marks, self._marks_day_ms, self._marks_kept_ms, self._marks_kept = Mean(), day_ms, now_ms, 0
         self._marks.add(message.reading.marks_moved_px)
+        self._marks_simulated = message.simulated
         if now_ms - self._marks_kept_ms >= MARKS_PERIOD_MS or self._marks.count == MARKS_FIRST:
             self._marks_kept_ms = now_ms
-            values: dict[str, Value] = {"day_utc_ms": day_ms, "readings": self._marks.count}
-            values |= {"mean_px": self._marks.mean, "largest_px": self._marks.largest}
-            self._put("mark_checks", values | {"simulated": message.simulated})
+            self._keep_marks()
+
+    def end_day(self) -> None:
+        """Keep what the still marks have shown since their row was last brought up to date; a few readings are none."""
+        enough = self._marks_kept > 0 or self._marks.count >= MARKS_FIRST
+        if enough and self._marks.count > self._marks_kept:
+            self._keep_marks()
+
+    def _keep_marks(self) -> None:
+        self._marks_kept = self._marks.count
+        values: dict[str, Value] = {"day_utc_ms": self._marks_day_ms, "readings": self._marks.count}
+        values |= {"mean_px": self._marks.mean, "largest_px": self._marks.largest}
+        self._put("mark_checks", values | {"simulated": self._marks_simulated})
 
     def _reading(self, message: ReadingMessage, served: Mapping[str, Served]) -> dict[str, Value]:
         return {
@@ -267,11 +274,3 @@ class Recorder:
 
     def _now_utc_ms(self) -> int:
         return round(1000 * self._wall())
-
-
-def _sha256(file: Path) -> str:
-    """SHA-256 of a file; empty if it cannot be read, which is a fault of the station and not of the history."""
-    try:
-        return hashlib.sha256(file.read_bytes()).hexdigest()
-    except OSError:
-        return ""

@@ -79,6 +79,9 @@ MIGRATIONS: tuple[str, ...] = (
         PRIMARY KEY (found_utc_ms, run_utc_ms)
     ) WITHOUT ROWID;
     """,
+    """
+    ALTER TABLE adjustments ADD COLUMN calibration_sha256 TEXT;
+    """,
 )
 """SQL that leads from each version to the next; one that was released never changes."""
 

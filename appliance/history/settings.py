@@ -1,6 +1,8 @@
 """Settings of the history."""
 
-from pydantic import Field
+from typing import Self
+
+from pydantic import Field, model_validator
 
 from appliance.settings.section import FilePath, Section, unit
 
@@ -28,7 +30,11 @@ class HistorySettings(Section):
         json_schema_extra=unit("days"),
     )
     days: int = Field(
-        default=400, ge=1, le=36500, description="Age above which rows are deleted", json_schema_extra=unit("days")
+        default=400,
+        ge=1,
+        le=36500,
+        description="Age above which rows are deleted; verifications stay",
+        json_schema_extra=unit("days"),
     )
     size_max_mb: int = Field(
         default=4000,
@@ -37,3 +43,11 @@ class HistorySettings(Section):
         description="Size of the database above which the oldest readings are deleted",
         json_schema_extra=unit("MB"),
     )
+
+    @model_validator(mode="after")
+    def _is_kept_where_it_is_needed(self) -> Self:
+        if self.verification_due_days and self.directory is None:
+            raise ValueError(
+                "verification_due_days needs the history, which keeps verifications; give directory, or leave it out"
+            )
+        return self

@@ -224,6 +224,7 @@ ADJUSTMENTS = Table(
         Column("date", "text", "", "day of the verification that found it"),
         Column("reason", "text", "", "why, and by which master"),
         Column("who", "text", "", "who decided it"),
+        Column("calibration_sha256", "text", "", "SHA-256 of the calibration that it was found with"),
     ),
 )
 

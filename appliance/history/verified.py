@@ -5,14 +5,13 @@ from pathlib import Path
 from typing import cast
 
 from appliance.history.read import open_to_read
-from appliance.history.schema import HistoryError
 from appliance.history.tables import VERIFICATIONS
 
 LONG_AGO = datetime(1970, 1, 1, tzinfo=UTC)
 
 
 def calibration_due(folder: Path, calibration: str, due_days: int, now: datetime) -> str:
-    """Why the calibration is due; empty when it is not, or when the history cannot be read now.
+    """Why the calibration is due; empty when it is not.
 
     Parameters
     ----------
@@ -23,12 +22,14 @@ def calibration_due(folder: Path, calibration: str, due_days: int, now: datetime
     due_days : int
         Longest time since a verification passed; 0: time does not count.
     now : datetime
+
+    Raises
+    ------
+    HistoryError
+        The history cannot be read now.
     """
-    try:
-        with open_to_read(folder) as history:
-            rows = list(history.rows(VERIFICATIONS, LONG_AGO, now + timedelta(days=1)))
-    except HistoryError:
-        return ""
+    with open_to_read(folder) as history:
+        rows = list(history.rows(VERIFICATIONS, LONG_AGO, now + timedelta(days=1)))
     checked = [
         (datetime.fromtimestamp(cast("int", row["checked_utc_ms"]) / 1000, tz=UTC), str(row["verdict"]))
         for row in rows

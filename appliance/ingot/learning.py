@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from appliance.cameras.pacing import utc_ms
 from appliance.ingot.learned_references import Learned, current_number, keep, pair
+from appliance.ingot.reader_setup import comparison_of
+from appliance.ingot.settings import IngotSettings
 from vision.ingot.agreement import Agreement
-from vision.ingot.classifiers.names import ClassifierName
 from vision.ingot.end_finder import End
 from vision.ingot.end_image import end_image
 from vision.ingot.reference_learner import LearningRule, ReferenceLearner
@@ -27,8 +28,8 @@ class Learning:
     ----------
     references : Path
         Folder of the references; learned ones are kept in `learned` inside it.
-    classifier : str
-        Which judges.
+    settings : IngotSettings
+        Classifier and comparison, as of the reader.
     confirmation : {"agreement", "top", "bottom"}
         `agreement`: an ingot counts as confirmed when its pictures agree; else an operator says that all ingots show
         that end.
@@ -39,11 +40,16 @@ class Learning:
         The history cannot be read.
     """
 
-    def __init__(self, references: Path, classifier: ClassifierName, confirmation: Confirmation) -> None:
+    def __init__(self, references: Path, settings: IngotSettings, confirmation: Confirmation) -> None:
         self._references = references
         self._confirmation: Confirmation = confirmation
         self._number = current_number(references)
-        self._learner = ReferenceLearner(pair(references, 0), pair(references, self._number), classifier)
+        self._learner = ReferenceLearner(
+            pair(references, 0),
+            pair(references, self._number),
+            settings.classifier,
+            comparison_of(settings.comparison),
+        )
         self._agreement = Agreement()
         self._told = 0  # ingot that the operator's word was used for
         self._confirmed_ends = {"top": 0, "bottom": 0}

@@ -58,7 +58,7 @@ def orient_recording(
     view = load_view(references)
     frames = PictureRecording(recording)
     pictures = Plot(plot) if plot is not None else None
-    learning = Learning(references, settings.classifier, learn) if learn is not None else None
+    learning = Learning(references, settings, learn) if learn is not None else None
     summary = Summary()
     with contextlib.ExitStack() as files:
         write_frame, write_ingot = _writers(output, files)

@@ -140,12 +140,13 @@ def make_reader(settings: IngotSettings, view: IngotView, picture: Picture) -> O
     """
     finder = make_finder(ingot_regions(settings, view, picture), settings.limits, picture)
     try:
-        return OrientationReader(finder, view.references, settings.classifier, _comparison(settings.comparison))
+        return OrientationReader(finder, view.references, settings.classifier, comparison_of(settings.comparison))
     except ValueError as error:
         raise ReferencesError(f"ingot.limits: {error}") from error
 
 
-def _comparison(settings: ComparisonSettings) -> Comparison:
+def comparison_of(settings: ComparisonSettings) -> Comparison:
+    """How ends are compared with the references."""
     exponents = Exponents(settings.luminance, settings.contrast, settings.structure)
     return Comparison(exponents, settings.circular, settings.threshold)
 

@@ -112,7 +112,7 @@ def _learning(settings: IngotSettings) -> Learning | None:
     """What learns references; None where nothing is to be learned, or the references have no folder."""
     if not settings.learn or settings.references is None:
         return None
-    return Learning(settings.references, settings.classifier, "agreement")
+    return Learning(settings.references, settings, "agreement")
 
 
 def _rows(number: int, reading: OrientationReading) -> list[Row]:

@@ -11,13 +11,12 @@ from typing import Any, NamedTuple
 from urllib.parse import urlencode
 
 from starlette.applications import Starlette
-from starlette.background import BackgroundTask
 from starlette.datastructures import FormData
 from starlette.requests import Request
 from starlette.responses import FileResponse, HTMLResponse, PlainTextResponse, RedirectResponse, Response
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
-from starlette.types import ASGIApp
+from starlette.types import ASGIApp, Receive, Scope, Send
 
 from appliance.errors import HotgaugeError
 from appliance.page.access.guards import Guards, TooLargeError
@@ -47,6 +46,17 @@ class _Refused(NamedTuple):
     """Why a request is not answered."""
 
     response: Response
+
+
+class PassingFile(FileResponse):
+    """A file in a folder of its own, deleted when it was sent, or when the browser has gone before."""
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Send the file, then delete its folder."""
+        try:
+            await super().__call__(scope, receive, send)
+        finally:
+            await asyncio.to_thread(shutil.rmtree, Path(self.path).parent)
 
 
 class Application:
@@ -158,11 +168,15 @@ class Application:
             return PlainTextResponse("no such file", 404)
         period = history.Period.of(request.query_params)
         made = Path(tempfile.mkdtemp())
-        if name == "report.html":
-            history.report(folder, period, made / name)
-        else:
-            history.export(folder, table, period, made / name)
-        return FileResponse(made / name, filename=name, background=BackgroundTask(shutil.rmtree, made))
+        try:
+            if name == "report.html":
+                history.report(folder, period, made / name)
+            else:
+                history.export(folder, table, period, made / name)
+        except BaseException:
+            shutil.rmtree(made)
+            raise
+        return PassingFile(made / name, filename=name)
 
     def _commission(self, request: Request) -> Response:
         login = self._login(request)

@@ -10,15 +10,16 @@ import shutil
 import subprocess
 import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, cast
 
 from appliance.errors import HotgaugeError
 from appliance.files.atomic_file import whole_file, whole_place
-from appliance.files.runtime_folder import ask_for_reload
+from appliance.files.digest import file_sha256
+from appliance.files.reload_request import ask_for_reload
 
 CANDIDATE = "rig_candidate.json"
 STATE_FILE = "commissioning.json"
@@ -69,12 +70,15 @@ class Commissioning:
         Rig file that the gauge uses (`sizing.rig`); None if the settings name none.
     config : Path or None
         Settings file, whose history keeps verifications.
+    refusal : callable
+        Says of the SHA-256 of a calibration why the settings, read again, do not permit it; empty if they do.
     """
 
-    def __init__(self, folder: Path, rig: Path | None, config: Path | None) -> None:
+    def __init__(self, folder: Path, rig: Path | None, config: Path | None, refusal: Callable[[str], str]) -> None:
         self.folder = folder
         self.rig = rig
         self._config = config
+        self._refusal = refusal
         self._running: tuple[str, Step] | None = None
         self._one_at_a_time = threading.Lock()
 
@@ -110,7 +114,7 @@ class Commissioning:
         """
         place = self._place(name, with_boards=True)
         done = {step: Done(**fields) for step, fields in _read(place / STATE_FILE).items()}
-        now = _digest(place / CANDIDATE)
+        now = file_sha256(place / CANDIDATE)
         return {step: one for step, one in done.items() if not one.ok or one.sha256 == now}
 
     def calibrate(self, name: str, who: str) -> None:
@@ -157,30 +161,60 @@ class Commissioning:
         Raises
         ------
         CommissioningError
-            It was not verified, the settings name no rig file, or the file cannot be written.
+            It was not verified, a step is being worked on, the settings name no rig file or hold a known error of
+            another calibration, a file cannot be written, or the gauge cannot be asked to read it.
+        SettingsError
+            The settings cannot be read.
         """
-        verified = self.steps(name).get("verified")
-        if verified is None or not verified.ok:
-            raise CommissioningError(f"{name}: not verified; verify it with a master bar first")
-        if self.rig is None:
-            raise CommissioningError("sizing.rig is not set; set it to the file that the gauge shall use")
-        kept = self._keep_old()
-        try:
-            with whole_place(self.rig) as place:
-                shutil.copyfile(self.folder / name / CANDIDATE, place)
-        except OSError as error:
-            raise CommissioningError(f"{self.rig}: {error.strerror}; let the page's user write it") from error
-        self._log(name, who, kept)
-        ask_for_reload()
+        with self._one_at_a_time:
+            self._refuse_while_running()
+            content = self._verified_content(name)
+            rig = self._place_of_rig(sha256(content).hexdigest())
+            kept = self._keep_old()
+            try:
+                with whole_place(rig) as place:
+                    place.write_bytes(content)
+            except OSError as error:
+                raise CommissioningError(f"{rig}: {error.strerror}; let the page's user write it") from error
+            refused = ask_for_reload()  # before the log, which may be refused
+            self._log(name, who, kept, content)
+            if refused:
+                raise CommissioningError(
+                    f"{rig} is the new calibration, but the gauge could not be asked to read it ({refused}); start it, "
+                    "or if it runs: systemctl reload hotgauge"
+                )
         return kept
 
     def log(self) -> list[dict[str, Any]]:
-        """Confirmations, newest first: who, when, from which folder, and where the calibration from before is kept."""
+        """Confirmations, newest first: who, when, from which folder, and where the calibration from before is kept.
+
+        A line that a power cut tore is left out.
+        """
         try:
-            lines = (self.folder / LOG_FILE).read_text(encoding="utf-8").splitlines()
+            lines = (self.folder / LOG_FILE).read_bytes().splitlines()
         except OSError:
             return []
-        return [json.loads(line) for line in lines][::-1]
+        return [row for row in map(_row, lines) if row is not None][::-1]
+
+    def _verified_content(self, name: str) -> bytes:
+        verified = self.steps(name).get("verified")
+        if verified is None or not verified.ok:
+            raise CommissioningError(f"{name}: not verified; verify it with a master bar first")
+        candidate = self.folder / name / CANDIDATE
+        try:
+            content = candidate.read_bytes()
+        except OSError as error:
+            raise CommissioningError(f"{candidate}: {error.strerror}; calibrate again") from error
+        if sha256(content).hexdigest() != verified.sha256:
+            raise CommissioningError(f"{candidate}: not the one that was verified; verify it with a master bar first")
+        return content
+
+    def _place_of_rig(self, digest: str) -> Path:
+        if self.rig is None:
+            raise CommissioningError("sizing.rig is not set; set it to the file that the gauge shall use")
+        if why := self._refusal(digest):
+            raise CommissioningError(f"{why}; then confirm again, the gauge reads both at once")
+        return self.rig
 
     def _place(self, name: str, *, with_boards: bool) -> Path:
         if name not in self.names(with_boards=with_boards):  # so a name never is a path
@@ -197,7 +231,7 @@ class Commissioning:
             raise CommissioningError(f"{kept}: {error.strerror}; let the page's user write there") from error
         return kept
 
-    def _log(self, name: str, who: str, kept: Path | None) -> None:
+    def _log(self, name: str, who: str, kept: Path | None, content: bytes) -> None:
         row = {
             "when": _now(),
             "who": who,
@@ -205,23 +239,36 @@ class Commissioning:
             "rig": str(self.rig),
             "kept": "" if kept is None else str(kept),
         }
-        row["sha256"] = _digest(self.folder / name / CANDIDATE)
-        with (self.folder / LOG_FILE).open("a", encoding="utf-8") as file:
-            file.write(json.dumps(row, ensure_ascii=False) + "\n")
+        row["sha256"] = sha256(content).hexdigest()
+        log = self.folder / LOG_FILE
+        try:
+            with log.open("a", encoding="utf-8") as file:
+                file.write("\n" * _is_torn(log) + json.dumps(row, ensure_ascii=False) + "\n")
+        except OSError as error:
+            raise CommissioningError(
+                f"{log}: {error.strerror}; {self.rig} is the new calibration, but who confirmed it is not noted"
+            ) from error
         logger.info("calibration of %s confirmed by %s; the one from before is %s", name, who, kept)
 
     def _begin(self, name: str, step: Step, who: str, words: Sequence[str | Path]) -> None:
         with self._one_at_a_time:
-            if self._running is not None:
-                raise CommissioningError(f"{self._running[0]}: still being worked on; wait until it is done")
+            self._refuse_while_running()
             self._running = (name, step)
         threading.Thread(target=self._work, args=(name, step, who, words), daemon=True).start()
 
+    def _refuse_while_running(self) -> None:
+        if self._running is not None:
+            raise CommissioningError(f"{self._running[0]}: still being worked on; wait until it is done")
+
     def _work(self, name: str, step: Step, who: str, words: Sequence[str | Path]) -> None:
         try:
-            code, report = _run(words)
             place = self.folder / name
-            done = Done(code == 0, who, _now(), report, _digest(place / CANDIDATE))
+            told = file_sha256(place / CANDIDATE)
+            code, report = _run(words)
+            found = file_sha256(place / CANDIDATE)
+            if step == "verified" and found != told:
+                code, report = 1, f"{place / CANDIDATE}: changed while it was verified; verify again\n{report}"
+            done = Done(code == 0, who, _now(), report, found)
             earlier = STEPS[: STEPS.index(step)]
             before = {key: fields for key, fields in _read(place / STATE_FILE).items() if key in earlier}
             with whole_file(place / STATE_FILE) as file:
@@ -245,7 +292,10 @@ def _run(words: Sequence[str | Path]) -> tuple[int, str]:
         )
     except subprocess.TimeoutExpired:
         return 1, f"not done within {JOB_MAX_S / 60:.0f} min; take fewer or smaller pictures"
-    return ended.returncode, (ended.stdout + ended.stderr).strip()
+    report = (ended.stdout + ended.stderr).strip()
+    if ended.returncode < 0:
+        report += f"\nended by signal {-ended.returncode}, as for too little memory; take fewer or smaller pictures"
+    return ended.returncode, report.strip()
 
 
 def _read(file: Path) -> dict[Any, dict[str, Any]]:
@@ -255,11 +305,17 @@ def _read(file: Path) -> dict[Any, dict[str, Any]]:
         return {}
 
 
-def _digest(file: Path) -> str:
+def _row(line: bytes) -> dict[str, Any] | None:
     try:
-        return sha256(file.read_bytes()).hexdigest()
-    except OSError:
-        return ""
+        row: object = json.loads(line)
+    except ValueError:
+        return None
+    return cast("dict[str, Any]", row) if isinstance(row, dict) else None
+
+
+def _is_torn(file: Path) -> bool:
+    content = file.read_bytes()
+    return bool(content) and not content.endswith(b"\n")
 
 
 def _now() -> str:

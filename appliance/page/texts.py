@@ -8,7 +8,6 @@ from typing import Literal
 from appliance.diagnostics.alarms import ALARMS
 from appliance.diagnostics.fault_table import FAULTS
 from plc.codes import CODES, NamedBit
-from vision.reasons import INGOT_REASONS, REASONS
 
 Language = Literal["en", "de"]
 LANGUAGES: tuple[Language, ...] = ("en", "de")
@@ -88,4 +87,3 @@ class Texts:
 
 _ALARMS = {row.name: (row.text, row.remedy) for row in ALARMS}
 _FAULTS = {row.name: (row.text, row.remedy) for row in FAULTS}
-REASON_TEXTS = {row.name: row.text for row in (*REASONS, *INGOT_REASONS)}

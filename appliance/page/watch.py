@@ -1,6 +1,7 @@
 """Reads the gauge four times a second, once for all browsers, and remembers the last minutes for the trend."""
 
 import contextlib
+import logging
 import threading
 import time
 from collections import deque
@@ -19,6 +20,8 @@ OLD_AFTER_S = 1.5  # chosen: what was read before then is not shown any more
 TREND_S = 300.0  # chosen
 BARS_KEPT = 8  # chosen
 NO_SET_POINTS = SetPoints()
+
+logger = logging.getLogger("hotgauge.page")
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +116,9 @@ class Watch:
                         self.add(scan(client, str(self.place), self.place.word_order))
             except PollError as error:
                 self._trouble = str(error)
+            except Exception as error:  # a mistake of our own ends no page: it is told and read again
+                logger.exception("%s", self.place)
+                self._trouble = f"{self.place}: cannot be read ({error!r}); send the log to the maker"
             self._stopped.wait(RETRY_PAUSE_S)
 
     def add(self, snapshot: Snapshot) -> None:

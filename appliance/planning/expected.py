@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from appliance.errors import HotgaugeError
-from appliance.planning.mounting import Mounting
+from appliance.planning.mounting import AIM_HEIGHT_MM, Mounting
 from appliance.simulation.bars.bars import Bar
 from appliance.simulation.bars.line_scene import Scene
 from appliance.simulation.boards.boards import Board as TrueBoard
@@ -26,7 +26,6 @@ from vision.calibration.checkerboard import Board
 from vision.calibration.stereo import calibrate
 from vision.readings import SizeReading
 
-AIM_HEIGHT_MM = 120.0  # as the simulated mill's own rigs
 FRAMES = 3  # chosen, of each bar
 SEED = 1
 PARTS = ("edge", "calibration", "board", "light", "shape", "model")
@@ -64,7 +63,7 @@ def expected(
     mounting: Mounting,
     diameters_mm: Sequence[float],
     region_y_mm: tuple[float, float],
-    ovality_mm: float,
+    ovality_mm: float | None,
     progress: Callable[[int, int], None],
 ) -> list[Expected]:
     """Measure simulated bars with the mounting.
@@ -75,8 +74,8 @@ def expected(
     diameters_mm : sequence of float
     region_y_mm : tuple of float
         Measuring region along the line.
-    ovality_mm : float
-        Of the product.
+    ovality_mm : float or None
+        Greatest minus least width that the product may have; None: as `Gauge` assumes it.
     progress : callable
         Gets bars done and of all.
 
@@ -107,15 +106,11 @@ def true_rig(mounting: Mounting, region_y_mm: tuple[float, float]) -> TrueRig:
     region_y_mm : tuple of float
     """
     aim_mm = np.array([0.0, 0.0, AIM_HEIGHT_MM])
-    reach_mm = math.sqrt(mounting.distance_mm**2 - mounting.baseline_mm**2 / 4)
-    elevation = math.radians(mounting.elevation_deg)
-    y_mm, z_mm = -reach_mm * math.cos(elevation), reach_mm * math.sin(elevation)
     focal, middle = mounting.focal_px, (mounting.columns / 2 - 0.5, mounting.rows / 2 - 0.5)
     K = np.array([[focal, 0, middle[0]], [0, focal, middle[1]], [0, 0, 1.0]])
     size = mounting.columns, mounting.rows
     cameras = [
-        TrueCamera(K, np.zeros(5), *look_at(aim_mm + np.array([x_mm, y_mm, z_mm]), aim_mm, 0.0), size)
-        for x_mm in (-mounting.baseline_mm / 2, mounting.baseline_mm / 2)
+        TrueCamera(K, np.zeros(5), *look_at(np.array(place_mm), aim_mm, 0.0), size) for place_mm in mounting.cameras_mm
     ]
     return TrueRig(cameras[0], cameras[1], region_y_mm)
 
@@ -137,7 +132,7 @@ def check_view(rig: TrueRig, largest_mm: float) -> None:
         )
 
 
-def _gauge(rig: TrueRig, ovality_mm: float) -> TimedGauge[SizeReading]:
+def _gauge(rig: TrueRig, ovality_mm: float | None) -> TimedGauge[SizeReading]:
     rng = np.random.default_rng(SEED)
     true_board = TrueBoard.with_errors(rng)
     board = Board.from_json(json.dumps(board_document(true_board, Sensor().response)))

@@ -3,6 +3,7 @@
 import math
 from typing import NamedTuple
 
+AIM_HEIGHT_MM = 120.0  # over the rollers, at which both cameras look; as the simulated mill's own rigs
 SHARP_PX = 1.0  # chosen: circle of confusion; the simulated mill's lens blurs an edge by 0.7 px (k = 1)
 
 
@@ -18,7 +19,7 @@ class Mounting(NamedTuple):
     focal_mm : float
     f_number : float
     distance_mm : float
-        From each camera to the middle of the measuring region.
+        From each camera to the middle of the measuring region, `AIM_HEIGHT_MM` over the rollers.
     baseline_mm : float
         Between the two cameras, across the line.
     elevation_deg : float
@@ -44,6 +45,14 @@ class Mounting(NamedTuple):
         """Image distance over the side of a pixel; lenses are focused at the region."""
         image_mm = self.focal_mm * self.distance_mm / (self.distance_mm - self.focal_mm)
         return 1000 * image_mm / self.pixel_um
+
+    @property
+    def cameras_mm(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+        """Places of the left and the right camera: across the line, along it, over the rollers."""
+        reach_mm = math.sqrt(self.distance_mm**2 - self.baseline_mm**2 / 4)
+        elevation, half_mm = math.radians(self.elevation_deg), self.baseline_mm / 2
+        y_mm, z_mm = -reach_mm * math.cos(elevation), AIM_HEIGHT_MM + reach_mm * math.sin(elevation)
+        return (-half_mm, y_mm, z_mm), (half_mm, y_mm, z_mm)
 
     @property
     def pixel_mm(self) -> float:

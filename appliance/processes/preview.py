@@ -7,6 +7,7 @@ file, so that pictures and figures are of one moment. What comes while it works 
 import base64
 import contextlib
 import json
+import logging
 import math
 import os
 import queue
@@ -33,6 +34,8 @@ NICENESS = 10  # of the thread: measuring goes first
 COLOURS = {"region": (178, 114, 0), "edge": (0, 159, 230), "board": (233, 180, 86), "end": (0, 159, 230)}
 
 Picture = NDArray[np.uint8]
+
+logger = logging.getLogger("hotgauge.preview")
 
 
 class Line(NamedTuple):
@@ -105,7 +108,11 @@ class PreviewWriter:
         with contextlib.suppress(OSError):
             os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)  # of this thread alone, on Linux
         while True:
-            self._write(self._waiting.get())
+            shown = self._waiting.get()
+            try:
+                self._write(shown)
+            except Exception:  # what cannot be drawn ends neither the previews after it nor measuring
+                logger.exception("a preview was left out")
 
     def _write(self, shown: _Shown) -> None:
         if self._file is None:

@@ -4,6 +4,7 @@ The supervisor runs `python -m appliance.NAME.station DESCRIPTOR`; the descripto
 """
 
 import contextlib
+import logging
 import os
 import socket
 import sys
@@ -22,6 +23,8 @@ from appliance.processes.resource_limits import EXIT_OUT_OF_MEMORY, limit_proces
 
 LEAVE_TIME_S = 2.0  # chosen: a loop that has not returned so long after the link's close hangs; the process exits
 REOPEN_AFTER_S = 5.0  # chosen: cameras whose frames were rejected for longer are closed and opened again
+
+logger = logging.getLogger("hotgauge.station")
 
 
 class StationSettings(Protocol):
@@ -64,15 +67,22 @@ def serve(
 
 def _listen(connection: socket.socket, link: StationLink, closed: threading.Event) -> None:
     """Hand lines to whom they are for until the link is closed; one that cannot be read ends the process."""
+    try:
+        _hand_on(connection, link)
+    except Exception:  # without a listener a station would measure for a supervisor that is long gone
+        logger.exception("the link to the supervisor")
+    closed.set()
+    time.sleep(LEAVE_TIME_S)
+    os._exit(1)  # the loop has not returned: it hangs in a camera driver or in native code
+
+
+def _hand_on(connection: socket.socket, link: StationLink) -> None:
     unread = b""
     with contextlib.suppress(ConnectionError, ValueError):  # reset: the supervisor died with unread messages
         while received := connection.recv(1 << 12):
             *lines, unread = (unread + received).split(b"\n")
             for line in lines:
                 link.on_line(line)
-    closed.set()
-    time.sleep(LEAVE_TIME_S)
-    os._exit(1)  # the loop has not returned: it hangs in a camera driver or in native code
 
 
 def fault(name: str, detail: str) -> StateMessage:

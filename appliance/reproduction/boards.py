@@ -75,7 +75,7 @@ class Boards(Experiment):
         """Table 4.1, figures 4.8 and 4.9, and what each correction is worth."""
         found = [result for _, result in results]
         size = results[0][0]["size"]
-        columns = ("", "RMSE, dissertation, mm", "here, mm", "mean error, mm", "Q_R, %")
+        columns = ("", "RMSE, dissertation, mm", "here, mm", "mean error, mm", "Q_R, %, median of its size")
         return Section(
             "Virtual boards (chapter 4)",
             f"{len(found)} frames of {size[0]} x {size[1]}; a bar of {DIAMETER_MM:g} mm moves and hops. Table 4.1 is "
@@ -95,7 +95,8 @@ PLANES = {
 FINDINGS = (
     (
         "Figure 4.8 says: a board too high gives a positive Q_R and a diameter too small, one too low a negative "
-        "Q_R. The signs of the table's rows a and b show it."
+        "Q_R and one too large. Q_R has these signs in the table's rows a and b. Both diameters are too large, a's by "
+        "less, since the edges that are seen are tangents."
     ),
     (
         "On the plane where the outlines agree the width is still not the diameter: visible edges are tangents, and "
@@ -115,8 +116,15 @@ def _plane(name: str, text: str, found: Sequence[Result]) -> tuple[str, ...]:
         number(PRINTED_RMSE_MM.get(name), ".2f"),
         number(_mean([plane["rmse_mm"] for plane in planes]), ".2f"),
         number(_mean([plane["error_mm"] for plane in planes]), "+.2f"),
-        number(_mean([plane["quality"] for plane in planes]), "+.1f"),
+        _quality([plane["quality"] for plane in planes]),
     )
+
+
+def _quality(percents: Sequence[float]) -> str:
+    """Median magnitude of Q_R with its sign, or ± where the frames differ in it, as they do about the best overlap."""
+    sides = set(np.sign(percents))
+    sign = "±" if len(sides) > 1 else "-" if sides == {-1.0} else "+"
+    return sign + number(float(np.median(np.abs(percents))), ".1f")
 
 
 def _aligned(gauge: VirtualBoardGauge, *pictures: Picture) -> tuple[Alignment, tuple[BarOutline, BarOutline]]:

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Literal, NamedTuple
 
 from appliance.cameras.source import CameraError
+from appliance.files.digest import file_sha256
 from appliance.history import database
 from appliance.history.schema import HistoryError, check_readable
 from appliance.ingot.reader_setup import ReferencesError, load_view
@@ -54,8 +55,10 @@ class Check(NamedTuple):
 
 
 def scale(settings: Settings) -> Check:
-    """Rig file or empty line of the sizing method."""
-    return Check(*settings.sizing.check_scale())
+    """Rig file or empty line of the sizing method, and whether a known error that is taken off belongs to it."""
+    found = Check(*settings.sizing.check_scale())
+    why = settings.sizing.adjustment.refusal(file_sha256(settings.sizing.scale_file))
+    return Check(found.name, "BAD", why) if why and found.verdict != "BAD" else found
 
 
 def references(settings: Settings) -> Check:
@@ -126,7 +129,7 @@ def secure_port(settings: Settings) -> Check:
     if secure.trouble:
         return Check("tls", "BAD", secure.trouble)
     due = secure.due()
-    return Check("tls", "BAD" if due else "good", due or "its certificate and the authority are in order")
+    return Check("tls", "note" if due else "good", due or "its certificate and the authority are in order")
 
 
 def delivery(settings: Settings) -> Check:

@@ -26,6 +26,31 @@ def figure_class() -> Any:  # its stubs leave most argument types open
     return Figure
 
 
+class PlotFolder:
+    """Plots of a recording in one folder; collects readings, and draws them in `write`.
+
+    Parameters
+    ----------
+    folder : Path
+        Made if it is missing.
+
+    Raises
+    ------
+    PlotsMissingError
+        Matplotlib is not installed.
+    OSError
+        The folder cannot be made.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._new_figure = figure_class()
+        self._folder = folder
+        folder.mkdir(parents=True, exist_ok=True)
+
+    def _save(self, figure: Any, name: str) -> None:
+        save_figure(figure, self._folder / name)
+
+
 def save_figure(figure: Any, path: Path) -> None:
     """Write a figure whole or not at all; raises `OSError` that names the file.
 

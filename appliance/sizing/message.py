@@ -37,6 +37,8 @@ class ReadingMessage(StationMessage):
         Known error that was added to the diameter; 0 without a value.
     not_kept : str
         Why the last pictures of the black box could not be written; empty if they could.
+    scale_sha256 : str
+        SHA-256 of the rig file, or of the picture of the empty line, that the gauge was made from; empty without one.
     """
 
     kind: Literal["reading"] = "reading"
@@ -52,6 +54,7 @@ class ReadingMessage(StationMessage):
     faults: dict[str, str] = Field(default_factory=dict)
     adjustment_mm: float = 0.0
     not_kept: str = ""
+    scale_sha256: str = ""
 
 
 MESSAGES: Messages[ReadingMessage] = TypeAdapter(Annotated[StateMessage | ReadingMessage, Field(discriminator="kind")])

@@ -6,7 +6,7 @@ asked for: the supervisor reads settings and must load no image library.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Protocol, Self
 
@@ -37,7 +37,15 @@ class ScaleError(HotgaugeError):
         Name in the fault table.
     """
 
-    fault: ClassVar[str]
+    fault: str
+
+
+class AdjustmentError(ScaleError):
+    """The known error that the settings take off was found with another calibration."""
+
+    def __init__(self, sentence: str, fault: str) -> None:
+        super().__init__(sentence)
+        self.fault = fault
 
 
 class ScaleCheck(NamedTuple):
@@ -57,6 +65,24 @@ class ScaleCheck(NamedTuple):
     text: str
 
 
+class ScaleFile(NamedTuple):
+    """A file by which a gauge is made again.
+
+    Attributes
+    ----------
+    setting : str
+        Key of the settings that names such a file.
+    name : str
+        Of its copy.
+    content : bytes
+        As the gauge uses it, also when the file has changed since.
+    """
+
+    setting: str
+    name: str
+    content: bytes
+
+
 class TimedReader(Protocol):
     """A gauge that also returns its computing time."""
 
@@ -66,8 +92,8 @@ class TimedReader(Protocol):
         ...
 
     @property
-    def scale_file(self) -> tuple[str, bytes] | None:
-        """Name and content of a file by which the same gauge is made again; None where the camera has its own scale."""
+    def scale_files(self) -> "Sequence[ScaleFile]":
+        """Files by which the same gauge is made again beside its settings; none where the camera has its own scale."""
         ...
 
     @property
@@ -89,7 +115,15 @@ class TimedReader(Protocol):
 
 
 class SizingMethod(Section, ABC):
-    """Settings that all sizing methods share, and the functions that each must define."""
+    """Settings that all sizing methods share, and the functions that each must define.
+
+    Attributes
+    ----------
+    scale_fault : str
+        Fault of a scale that cannot be used, by its name in the fault table.
+    """
+
+    scale_fault: ClassVar[str]
 
     ovality_mm: float | None = Field(
         default=None,
@@ -138,14 +172,29 @@ class SizingMethod(Section, ABC):
         """File that makes millimetres of pixels; None where the camera brings its own scale."""
 
     @abstractmethod
-    def with_scale_file(self, file: Path) -> Self:
-        """Copy the settings with another scale file.
+    def with_scale_files(self, files: Mapping[str, Path]) -> Self:
+        """Copy the settings with other scale files.
 
         Parameters
         ----------
-        file : Path
-            A rig file, or a picture of the empty line.
+        files : mapping of str to Path
+            By `ScaleFile.setting`, those of the gauge that these settings made.
         """
+
+    def check_adjustment(self, scale_sha256: str) -> None:
+        """Refuse a known error that was found with another calibration.
+
+        Parameters
+        ----------
+        scale_sha256 : str
+            SHA-256 of the scale file, hexadecimal; empty without one.
+
+        Raises
+        ------
+        AdjustmentError
+        """
+        if why := self.adjustment.refusal(scale_sha256):
+            raise AdjustmentError(why, self.scale_fault)
 
     @abstractmethod
     def make_source(self) -> "PairSource | PictureSource":

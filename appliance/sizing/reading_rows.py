@@ -8,6 +8,7 @@ from appliance.files.row_writer import Row, Value
 from appliance.sizing.trust import trust_percent
 from vision.readings import SizeReading
 from vision.reasons import Reason
+from vision.sizing.bar_gap import BarGap
 
 Judge = Callable[[SizeReading], Row]
 """Gives what is wanted of a bar and how a reading compares: `JUDGED_COLUMNS`, and `trust` by the tolerance."""
@@ -70,7 +71,7 @@ def unjudged(reading: SizeReading) -> Row:
 
 
 class ReadingRows:
-    """Makes rows of one recording and numbers its bars: frames that show a bar without a gap are of one.
+    """Makes rows of one recording and numbers its bars, which `BarGap` tells apart.
 
     Parameters
     ----------
@@ -79,11 +80,19 @@ class ReadingRows:
 
     def __init__(self, judge: Judge = unjudged) -> None:
         self._judge = judge
+        self._gap = BarGap()
         self._bars = 0
         self._passing = False
 
     def row(
-        self, frame: int, reading: SizeReading, elapsed_ms: float, time_us: int | None = None, *, bar: int = 0
+        self,
+        frame: int,
+        reading: SizeReading,
+        elapsed_ms: float,
+        moment_s: float,
+        *,
+        time_us: int | None = None,
+        bar: int = 0,
     ) -> Row:
         """Row of one reading; None for no value.
 
@@ -94,14 +103,18 @@ class ReadingRows:
         reading : SizeReading
         elapsed_ms : float
             Computing time.
+        moment_s : float
+            Of its exposure, on any clock.
         time_us : int or None
             Time stamp of its exposure.
         bar : int
             Place among bars side by side, from smaller x.
         """
         there = Reason.NO_BAR not in reading.reasons
+        if self._gap.ends_bar(reading, moment_s):
+            self._passing = False
         self._bars += there and not self._passing
-        self._passing = there
+        self._passing = self._passing or there
         found: dict[str, Value] = asdict(reading) | {
             "frame": frame,
             "valid": reading.valid,

@@ -25,12 +25,11 @@ def recorded_settings(settings: SizingMethod, gauge: TimedReader) -> Mapping[str
     gauge : TimedReader
         Made from them.
     """
-    if gauge.scale_file is None:
-        return {SETTINGS_FILE: settings.model_dump_json(indent=1).encode()}
-    name, content = gauge.scale_file
-    place = f"{SCALE_FOLDER}/{name}"
-    settings = settings.with_scale_file(Path(place))
-    return {place: content, SETTINGS_FILE: settings.model_dump_json(indent=1).encode()}
+    files = gauge.scale_files
+    if files:
+        settings = settings.with_scale_files({file.setting: Path(SCALE_FOLDER) / file.name for file in files})
+    copies = {f"{SCALE_FOLDER}/{file.name}": file.content for file in files}
+    return copies | {SETTINGS_FILE: settings.model_dump_json(indent=1).encode()}
 
 
 def brings_settings(recording: Path) -> bool:

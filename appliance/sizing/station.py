@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Generator, Sequence
 from functools import partial
+from typing import NamedTuple
 
 from pydantic import TypeAdapter
 
@@ -24,6 +25,7 @@ from appliance.cameras.source import (
     PairSource,
     PictureSource,
 )
+from appliance.files.digest import file_sha256
 from appliance.processes.link import StationLink
 from appliance.processes.message import KeepPictures, StateMessage
 from appliance.processes.preview import Picture, PreviewWriter
@@ -33,7 +35,7 @@ from appliance.sizing.message import ReadingMessage
 from appliance.sizing.method import ScaleError, SizingMethod, TimedReader
 from appliance.sizing.recorded_settings import recorded_settings
 from appliance.sizing.settings import Sizing
-from vision.readings import SizeReading
+from vision.readings import SizeReading, of_all_bars
 from vision.reasons import Reason
 from vision.sizing.side_by_side import SideBySide
 
@@ -67,44 +69,60 @@ def run(settings: SizingMethod, link: StationLink, closed: threading.Event) -> N
 
 
 def _measure_until(settings: SizingMethod, link: StationLink, closed: threading.Event, black_box: BlackBox) -> None:
-    gauge: TimedReader | None = None
+    ready: _Ready | None = None
     while not closed.is_set():
         try:
             source = settings.make_source()
-            gauge = gauge or _ready_gauge(settings, link)
-            black_box.files = recorded_settings(settings, gauge)
-            _measure(settings, source, gauge, link, closed, black_box=black_box)
+            ready = ready or _ready_gauge(settings, link)
+            black_box.files = recorded_settings(settings, ready.gauge)
+            _measure(settings, source, ready, link, closed, black_box=black_box)
         except EndOfRecording as error:
             _stay_at_end(link, closed, str(error))
         except CameraError as error:
             link.send(fault(error.fault, str(error)))
         except ScaleError as error:
-            gauge = None
+            ready = None
             link.send(fault(error.fault, str(error)))
         closed.wait(RETRY_PAUSE_S)
 
 
-def _ready_gauge(settings: SizingMethod, link: StationLink) -> TimedReader:
+class _Ready(NamedTuple):
+    """Gauge that has compiled, and the SHA-256 of the file that it was made from."""
+
+    gauge: TimedReader
+    scale_sha256: str
+
+
+def _ready_gauge(settings: SizingMethod, link: StationLink) -> _Ready:
     """Gauge that has compiled; its rig is read once, so that one that is just being made waits for a reload."""
     with _warming(link):
-        gauge = settings.make_gauge(lambda: link.send(StateMessage(state="starting")))
-        gauge.warm_up()
-    return gauge
+        made = _made_gauge(settings, link)
+        while file_sha256(settings.scale_file) != made.scale_sha256:  # replaced while it was read: which one is it?
+            made = _made_gauge(settings, link)
+        settings.check_adjustment(made.scale_sha256)
+        made.gauge.warm_up()
+    return made
+
+
+def _made_gauge(settings: SizingMethod, link: StationLink) -> _Ready:
+    scale_sha256 = file_sha256(settings.scale_file)
+    return _Ready(settings.make_gauge(lambda: link.send(StateMessage(state="starting"))), scale_sha256)
 
 
 def _measure(
     settings: SizingMethod,
     source: PairSource | PictureSource,
-    gauge: TimedReader,
+    ready: _Ready,
     link: StationLink,
     closed: threading.Event,
     *,
     black_box: BlackBox,
 ) -> None:
+    gauge = ready.gauge
     preview = PreviewWriter("sizing")
     with source:
         liveness = Liveness(settings.liveness, time.monotonic(), numbered=source.simulated)
-        bars = SideBySide()
+        bars, stretch = SideBySide(), 0
         guard = ExposureGuard(settings.exposure, adjustable=isinstance(source, Adjustable))
         while not closed.is_set():
             exposed = source.next(PAIR_TIMEOUT_S)
@@ -117,6 +135,8 @@ def _measure(
             measured, elapsed_ms = gauge.measure_exposed(exposed)
             adjusted = tuple(settings.adjustment.adjusted(one) for one in measured)
             black_box.add(exposed, partial(exact_rows, exposed.sequence, adjusted, elapsed_ms), carried)
+            if exposed.stretch != stretch:
+                bars, stretch = SideBySide(), exposed.stretch
             readings = bars.add(adjusted, exposed.exposed_monotonic_s)
             message = to_message(
                 readings,
@@ -130,7 +150,7 @@ def _measure(
             preview.offer(_shown(exposed), partial(gauge.lines, reading), _figures(reading, exposed))
             faults = verdict.faults | _exposure_faults(guard, reading, exposed, source) | _heat(settings, exposed)
             more = {"faults": faults, "not_kept": black_box.trouble, "adjustment_mm": _added_mm(settings, adjusted)}
-            link.send(message.model_copy(update=more))
+            link.send(message.model_copy(update=more | {"scale_sha256": ready.scale_sha256}))
 
 
 def _shown(exposed: FramePair | Frame) -> tuple[Picture, ...]:
@@ -232,7 +252,7 @@ def to_message(
         dropped=dropped,
         simulated=simulated,
         stretch=exposed.stretch,
-        reading=readings[0] if len(readings) == 1 else SizeReading(reasons=Reason.SEVERAL_BARS),
+        reading=of_all_bars(readings),
         bars=slots if len(readings) > 1 else (),
     )
 

@@ -26,15 +26,10 @@ class DeliveryClient:
     ----------
     settings : DeliverySettings
     faults : Faults
-
-    Attributes
-    ----------
-    dropped : int
-        Rows given up because the process did not read them.
     """
 
     def __init__(self, settings: DeliverySettings, faults: Faults) -> None:
-        self.dropped = 0
+        self._dropped = 0
         self._faults = faults
         self._process = MonitoredProcess(
             MODULE, settings.model_dump_json(), MESSAGES, self._receive, self._receive_health
@@ -48,9 +43,9 @@ class DeliveryClient:
         await self._process.run()
 
     def put(self, row: Row) -> None:
-        """Deliver a row; one too many is dropped and counted."""
+        """Deliver a row; one too many is dropped and counted (`hotgauge_rows_dropped_total`)."""
         if len(self._waiting) >= ROWS_WAITING_MAX:
-            self.dropped += 1
+            self._dropped += 1
             return
         self._waiting.append(RowLine.of(row).model_dump_json().encode())
         self._send_waiting()
@@ -70,7 +65,10 @@ class DeliveryClient:
             return
         self._figures_s = now_s
         figures = FiguresLine(
-            values=without_nan(values), faults=tuple(self._faults.active), alarms=tuple(alarms.active)
+            values=without_nan(values),
+            faults=tuple(self._faults.active),
+            alarms=tuple(alarms.active),
+            rows_dropped=self._dropped,
         )
         if self._hears:
             self._process.send(figures.model_dump_json().encode())

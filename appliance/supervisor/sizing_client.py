@@ -72,6 +72,7 @@ class SizingClient(StationClient[ReadingMessage]):
         self._idle_after_s = settings.liveness.idle_after_s
         self._inputs = inputs
         self._recorder = recorder
+        self._scale_file = settings.scale_file
         recorder.set_adjustment(settings.adjustment)
         self._publication = Publication(settings.stale_after_ms)
         self._advisor = Advisor(judging, correction)
@@ -83,6 +84,7 @@ class SizingClient(StationClient[ReadingMessage]):
     def renew(self, settings: SizingSettings | ConveyorSettings) -> None:
         """Restart the process with new settings."""
         self._recorder.set_adjustment(settings.adjustment)
+        self._scale_file = settings.scale_file
         self._publication.stale_after_ms = settings.stale_after_ms
         self._idle_after_s = settings.liveness.idle_after_s
         self._process.renew(settings.model_dump_json())
@@ -133,6 +135,7 @@ class SizingClient(StationClient[ReadingMessage]):
         self.simulated = message.simulated
         self._faults.report_station(SIZING, message.faults)
         self._report_kept(message.not_kept)
+        self._recorder.set_calibration(self._scale_file, message.scale_sha256)
         now_s = self._worked_s = time.monotonic()
         self._judge(now_s)
         if self._publication.standing is not None:

@@ -76,7 +76,6 @@ class Supervisor:
         self._history = HistoryKeeper(
             settings.history,
             self._inputs,
-            self._scale_file,
             trust_min=settings.judging.trust_min,
             deliver=self._delivery.put if self._delivery else None,
             wall=wall,

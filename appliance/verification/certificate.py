@@ -1,7 +1,6 @@
 """A verification from the recording to its certificate and its row in the history."""
 
 import argparse
-import hashlib
 import importlib.metadata
 import importlib.resources
 from collections.abc import Callable
@@ -9,6 +8,7 @@ from datetime import datetime
 from pathlib import Path
 
 from appliance.command_options import CommandError
+from appliance.files.digest import file_sha256
 from appliance.reports.pages import library, render, write_pages
 from appliance.verification.check import READINGS_ENOUGH, Master, Verification, verify
 from appliance.verification.keep import earlier_errors, keep
@@ -47,6 +47,7 @@ def verify_recording(given: argparse.Namespace, history: Path | None, show: Call
     if given.output is not None:  # before minutes of measuring
         for name in ("jinja2", *(["weasyprint"] if given.output.suffix.lower() == ".pdf" else [])):
             library(name, given.output)
+    rig_sha256 = file_sha256(given.rig)  # before it is read: one that is replaced meanwhile is not verified
     diameters, missing, mean_expanded_mm = read_master(given.recording, given.rig, show)
     if len(diameters) < READINGS_ENOUGH:
         words = f"{len(diameters)} readings with a value, {READINGS_ENOUGH} are needed"
@@ -58,7 +59,7 @@ def verify_recording(given: argparse.Namespace, history: Path | None, show: Call
     words = {
         "recording": str(given.recording),
         "rig": str(given.rig),
-        "rig_sha256": hashlib.sha256(given.rig.read_bytes()).hexdigest(),
+        "rig_sha256": rig_sha256,
         "who": given.who,
     }
     if given.output is not None:

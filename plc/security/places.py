@@ -29,7 +29,7 @@ def never_asked(connections: Collection[PlacedT]) -> PlacedT | None:
 
 
 def left_behind(connections: Collection[PlacedT], now_s: float) -> PlacedT | None:
-    """Longest silent connection of the address that has most, if that address has left it behind.
+    """Longest silent connection of an address that leaks them: one with LEAK_PLACES or more, LEAK_SILENT_S silent.
 
     Parameters
     ----------
@@ -38,11 +38,7 @@ def left_behind(connections: Collection[PlacedT], now_s: float) -> PlacedT | Non
     now_s : float
         Monotonic time.
     """
-    addresses = Counter(connection.client.address for connection in connections)
-    if not addresses:
-        return None
-    address, places = addresses.most_common(1)[0]
-    theirs = [connection for connection in connections if connection.client.address == address]
-    oldest = min(theirs, key=lambda connection: connection.asked_s or 0.0)
-    silent_s = now_s - (oldest.asked_s or 0.0)
-    return oldest if places >= LEAK_PLACES and silent_s >= LEAK_SILENT_S else None
+    places = Counter(connection.client.address for connection in connections)
+    leaking = [connection for connection in connections if places[connection.client.address] >= LEAK_PLACES]
+    oldest = min(leaking, key=lambda connection: connection.asked_s or 0.0, default=None)
+    return oldest if oldest is not None and now_s - (oldest.asked_s or 0.0) >= LEAK_SILENT_S else None

@@ -8,7 +8,7 @@ import pytest
 from board_truth import BOARD, IMAGE_SIZE, flat_board, observe, random_cameras, random_poses
 
 from vision.calibration.acceptance import CalibrationError
-from vision.calibration.checkerboard import Board
+from vision.calibration.checkerboard import Assumption, Board
 from vision.calibration.rig import Rig
 from vision.calibration.stereo import Calibration, calibrate
 
@@ -202,8 +202,10 @@ def test_pictures_of_one_camera_alone_improve_that_camera():
 def test_without_registration_pictures_the_world_frame_is_missing():
     setup = Setup(17)
     setup.low = setup.high = (None, None)
-    found = setup.calibrate()
+    assumed = (Assumption("heights are about right", of_world=True), Assumption("height_u_mm matters to a print too"))
+    found = setup.calibrate(replace(BOARD, assumptions=assumed))
     assert not found.rig.has_world
+    assert set(found.warnings) & {one.text for one in assumed} == {"height_u_mm matters to a print too"}
     assert any("world frame is missing" in warning for warning in found.warnings)
     assert np.array_equal(found.rig.left.R, np.eye(3))
     assert not found.rig.covariance[9:15].any()

@@ -1,6 +1,6 @@
 """The product's own way on a path-traced recording: calibrate the folder, measure its scenes, compare with truth.
 
-The bounds are the promise of the README. Nothing of the gauge was set by looking at these pictures' truth.
+Bounds of errors are 1.3 times what the README claims. Nothing of the gauge was set by looking at these pictures' truth.
 """
 
 import json
@@ -54,14 +54,11 @@ def test_every_frame_gets_a_value(measured, condition):
     assert all(reading["valid"] for reading in measured[condition])
 
 
-def test_clean_bars_are_measured_within_0_3_mm(measured):
-    error = errors_mm(measured["clean"])
-    assert np.abs(error).max() < 0.3
-    assert np.sqrt(np.mean(error**2)) < 0.1
-
-
-def test_bars_with_oxide_patches_are_measured_within_1_mm(measured):
-    assert np.abs(errors_mm(measured["scale"])).max() < 1.0
+@pytest.mark.parametrize(("condition", "rmse_mm", "worst_mm"), [("clean", 0.032, 0.050), ("scale", 0.084, 0.17)])
+def test_errors_are_as_small_as_claimed(measured, condition, rmse_mm, worst_mm):
+    error = errors_mm(measured[condition])
+    assert np.sqrt(np.mean(error**2)) <= 1.3 * rmse_mm
+    assert np.abs(error).max() <= 1.3 * worst_mm
 
 
 @pytest.mark.parametrize("condition", SCENES)

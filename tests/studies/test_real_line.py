@@ -1,4 +1,7 @@
-"""What is claimed of a line with all effects: served frames, the passing bar, bars side by side, a nudged camera."""
+"""What is claimed of a line with all effects: served frames, the passing bar, bars side by side, a nudged camera.
+
+Bounds are 1.3 times what docs/methods/real_line.md claims, of coverage 1.3 times the share that it says is not held.
+"""
 
 import json
 
@@ -19,6 +22,17 @@ def line():
     return summary("real_line")["all"]
 
 
+def test_the_studies_drew_as_many_lines_bars_and_cameras_as_is_said(line):
+    assert line["lines"] >= 64
+    assert all(found["pairs"] >= 12 for found in summary("bars_side_by_side").values())
+    assert all(found["cameras"] >= 15 for found in summary("nudged_camera").values())
+
+
+def test_errors_of_frames_and_of_bars_are_as_small_as_claimed(line):
+    assert line["rmse_mm"] <= 1.3 * 0.20
+    assert line["bar_rmse_mm"] <= 1.3 * 0.17
+
+
 def test_no_value_is_wrong_and_nearly_every_frame_has_one(line):
     assert line["wrong_values"] == 0
     assert line["served"] >= LEAST_SERVED
@@ -34,20 +48,23 @@ def test_the_interval_holds_and_half_of_it_does_not(line, prefix):
 def test_bars_side_by_side_are_each_measured_and_none_is_invented(count):
     found = summary("bars_side_by_side")[count]
     assert found["false_values"] == 0
-    assert found["worst_mm"] <= 0.15
+    assert found["worst_mm"] <= 1.3 * 0.09
+    assert 1 - found["inside"] <= 1.3 * (1 - 0.81)
     assert found["values"] >= 0.5 * found["bars"]  # where views are oblique, neighbours hide each other
 
 
 def test_a_camera_turned_by_a_twentieth_of_a_degree_is_corrected():
     turned = summary("nudged_camera")["0.05"]
-    assert turned["worst_mm"] <= 0.3
+    assert turned["worst_mm"] <= 1.3 * 0.16
     assert turned["uncorrected_worst_mm"] > 0.3
+    assert 1 - turned["inside"] <= 1.3 * (1 - 0.87)
 
 
 def test_a_turn_of_a_fiftieth_of_a_degree_is_told():
     turned = summary("nudged_camera")["0.02"]
     assert turned["told"] >= 0.75 * turned["cameras"]  # a turn about the line of sight moves marks by less than 0.3 px
-    assert turned["worst_mm"] <= 0.3
+    assert turned["worst_mm"] <= 1.3 * 0.15
+    assert 1 - turned["inside"] <= 1.3 * (1 - 0.87)
 
 
 def test_the_bar_s_value_is_within_0_12_mm_under_shimmer_and_hop():

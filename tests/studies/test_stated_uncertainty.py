@@ -6,15 +6,16 @@ import numpy as np
 import pytest
 
 from studies.__main__ import RESULTS
-from studies.served_diameter import MODELLED
+from studies.served_diameter import BARS
 
 LEAST, MOST = 0.93, 0.98
+MOST_STANDARD_ERROR = 0.025  # with fewer seeds than its 120 the study would show nothing
 
 
 @pytest.fixture(scope="module")
 def rows():
     found = json.loads((RESULTS / "served_diameter.json").read_text(encoding="utf-8"))["rows"]
-    return [row for row in found if row["condition"] in MODELLED and row.get("error_mm") is not None]
+    return [row for row in found if row["condition"] in BARS and row.get("error_mm") is not None]
 
 
 def covered(rows, share_of_u):
@@ -28,10 +29,11 @@ def covered(rows, share_of_u):
 
 def holds(rows, share_of_u):
     mean, standard_error = covered(rows, share_of_u)
-    return LEAST - 2 * standard_error <= mean <= MOST + 2 * standard_error
+    return LEAST - standard_error <= mean <= MOST + standard_error
 
 
 def test_the_interval_holds_in_93_to_98_percent(rows):
+    assert covered(rows, 1.0)[1] <= MOST_STANDARD_ERROR
     assert holds(rows, 1.0)
 
 
@@ -40,5 +42,5 @@ def test_half_and_twice_the_stated_uncertainty_have_not_its_coverage(rows):
     assert not holds(rows, 2.0)
 
 
-def test_the_median_uncertainty_is_at_most_a_quarter_millimetre(rows):
-    assert np.median([row["expanded_mm"] for row in rows]) <= 0.25
+def test_the_median_uncertainty_is_as_small_as_claimed(rows):
+    assert np.median([row["expanded_mm"] for row in rows]) <= 1.3 * 0.10

@@ -1,6 +1,7 @@
 """An alarm writes the pictures that led to it, and `hotgauge measure` on them gives the bits that were served."""
 
 import contextlib
+import hashlib
 import json
 import math
 import sqlite3
@@ -70,11 +71,13 @@ def served(history: Path) -> dict[int, tuple[float, ...]]:
 
 def test_an_alarm_keeps_pictures_that_measure_to_the_bits_that_were_served(recorded, tmp_path, monkeypatch):
     boxes, history = tmp_path / "boxes", tmp_path / "history"
+    digest = hashlib.sha256((recorded / "rig.json").read_bytes()).hexdigest()
+    decided = {"date": "2026-11-28", "reason": "master", "who": "A. Smith", "calibration_sha256": digest}
     sizing = SizingSettings(
         camera=RecordingCamera(kind="recording", path=recorded, rate_hz=4.0),
         rig=recorded / "rig.json",
         ovality_mm=0.7,
-        adjustment=Adjustment(added_mm=0.3, expanded_mm=0.05, date="2026-11-28", reason="master", who="A. Smith"),
+        adjustment=Adjustment(added_mm=0.3, expanded_mm=0.05, **decided),
         black_box=BlackBoxSettings(directory=boxes, seconds=3.0),
         stale_after_ms=5000,
     )

@@ -15,6 +15,8 @@ from shown_boards import HEIGHT_WORDS, capture_poses, write_boards
 from appliance.cameras.recording.pairs import Recording
 from vision.calibration.rig import Rig
 
+pytestmark = pytest.mark.waiting
+
 POSES = 7
 RATE_HZ = 10
 

@@ -12,6 +12,8 @@ from rehearsal import Rehearsal, rehearsing
 from appliance.sizing.stereo.settings import SizingSettings
 from plc.registers import REGISTERS
 
+pytestmark = pytest.mark.waiting
+
 COIL = {row.name: row.address for row in REGISTERS if "coil" in row.tables}
 CAMERA = 1 << COIL["alarm_camera"]
 FAULT = {"unplugged": 0, "black": 4}  # bits of fault_word

@@ -14,6 +14,8 @@ from appliance.cameras.genicam.settings import GenicamCamera, GenicamPictures
 from appliance.cameras.genicam.source import GenicamPictureSource, GenicamSource
 from appliance.cameras.source import CameraError
 
+pytestmark = pytest.mark.waiting
+
 FAKE = "arv-fake-gv-camera-0.8"
 SERIAL = "GV77"
 SETTLE_S = 4.0

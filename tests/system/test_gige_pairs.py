@@ -13,6 +13,8 @@ import pytest
 from appliance.cameras.genicam.device import Device
 from appliance.cameras.genicam.trigger import CONTROL_PORT, action_packet
 
+pytestmark = pytest.mark.waiting
+
 PAIRS = 60
 
 

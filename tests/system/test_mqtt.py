@@ -22,6 +22,8 @@ from appliance.history.settings import HistorySettings
 from appliance.supervisor.supervisor import Supervisor
 from plc.registers import SET_POINTS
 
+pytestmark = pytest.mark.waiting
+
 BITS = {row.name: 1 << row.bit for row in FAULTS}
 
 

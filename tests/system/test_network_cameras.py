@@ -1,42 +1,32 @@
 """The real program with network cameras: it ends cleanly, says little, and never a password."""
 
 import contextlib
-import re
 import socket
 import subprocess
 import time
-from pathlib import Path
+from functools import partial
 
 import pytest
+import stream_gauge
 from network_cameras import rtsp_camera, silent_camera
 from running import HOTGAUGE, free_port
 from said import Running, said_by
+from stream_gauge import SIZE, managed, measures, reload_changed, status
 
-from appliance.cameras.simulated.pairs import MillSource
-from appliance.cameras.simulated.rig import mill_rig
-from appliance.sizing.stereo.rig_file import save_rig
+pytestmark = pytest.mark.waiting
 
-SIZE = "800x600"  # of the mill's rig
 LETTERS = "p#a@ss/w:word"
-ROUNDS = 5  # 50 of 50 ended cleanly when they were tried; each opens two streams
+settings = partial(stream_gauge.settings, credentials="camera")  # a file beside the settings
+ROUNDS, RELOADS = 5, 3  # fifty of each: tests/studies/stream_stops.py
+GROWN_MAX_KB = 4096
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("network")
-    save_rig(mill_rig(MillSource(seed=1, rate_hz=0)), folder / "rig.json")
     (folder / "camera").write_text(f"mill\n{LETTERS}\n")
     (folder / "camera").chmod(0o600)
     return folder
-
-
-def settings(folder, address, port):
-    path = folder / f"{port}.toml"
-    path.write_text(
-        f'[plc]\nport = {port}\n[sizing]\nrig = "rig.json"\n[sizing.liveness]\napart_max_us = 50000\n'
-        f'[sizing.camera]\nkind = "stream"\nleft = "{address}"\nright = "{address}"\ncredentials = "camera"\n'
-    )
-    return path
 
 
 def test_doctor_ends_cleanly_and_finds_the_pair(folder):
@@ -87,15 +77,30 @@ def test_a_camera_that_accepts_and_stays_silent_costs_no_thread_and_no_memory(fo
         with rtsp_camera(size=SIZE, credentials=folder / "camera", port=rtsp_port):
             gauge = stack.enter_context(Running(config, port))
             assert gauge.said_within("Hotgauge measures", 60), gauge.lines
+            measures(gauge)
         stack.enter_context(silent_camera(rtsp_port))
         assert gauge.said_within("camera_lost", 20), gauge.lines
         counts = []
         for _ in range(4):
             time.sleep(9)
-            status = Path(f"/proc/{gauge.appliance.station()}/status").read_text(encoding="ascii")
-            counts.append(int(re.search(r"Threads:\s+(\d+)", status)[1]))
+            counts.append(status(gauge.appliance.station()))
         assert gauge.stop() == 0
-    assert max(counts) - min(counts) <= 2, counts
+    threads, memory_kb = zip(*counts, strict=True)
+    assert min(threads[2:]) <= max(threads[:2]), counts  # some of them open the streams again, and end
+    assert max(memory_kb) - min(memory_kb) < GROWN_MAX_KB, counts
+
+
+def test_reloads_and_the_stop_with_streams_open_are_clean(folder):
+    port = free_port()
+    with rtsp_camera(size=SIZE, credentials=folder / "camera") as camera:
+        config = settings(folder, camera.address, port)
+        with managed(config, port) as gauge:
+            measures(gauge)
+            for number in range(RELOADS):
+                reload_changed(gauge, config, delay_ms=200 + number)
+            assert gauge.stop() == 0
+            gauge.listener.join(5)
+    assert not any("Fatal" in line for line in gauge.lines), gauge.lines
 
 
 @pytest.mark.parametrize("command", ["check-config", "doctor", "run", "orient", "measure", "replay", "calibrate"])

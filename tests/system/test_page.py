@@ -21,6 +21,8 @@ from plc.poll import PollError, Snapshot, poll
 from plc.security.certificates import Authority
 from plc.security.roles import Role
 
+pytestmark = pytest.mark.waiting
+
 PASSWORD = "a good password"
 SCREENSHOTS = os.environ.get("PAGE_SCREENSHOTS", "")
 SETTINGS = """

@@ -6,11 +6,16 @@ from collections.abc import Iterator
 
 import pytest
 from container import Container, container, wait_until, why_impossible
-from modbus_wire import Wire
+from modbus_wire import Wire, write_coils
 from plc_view import has_value, look
 from running import free_port
 
+from plc.registers import REGISTERS
+
 STARTED_S = 150
+PICTURES = "/var/lib/hotgauge/pictures"
+PICTURE_NICENESS = 10
+KEEP_PICTURES = next(row.address for row in REGISTERS if row.name == "keep_pictures")
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +30,10 @@ def booted(tmp_path_factory, port) -> Iterator[Container]:
     with container(tmp_path_factory.mktemp("container")) as booted:
         config = booted.root / "etc/hotgauge/hotgauge.toml"
         config.parent.mkdir()
-        config.write_text(f'[plc]\nport = {port}\n[sizing.camera]\nkind = "mill"\nprepared_frames = 4\n')
+        config.write_text(
+            f'[plc]\nport = {port}\nwrites = "all"\n[sizing.camera]\nkind = "mill"\nprepared_frames = 4\n'
+            f'[sizing.black_box]\ndirectory = "{PICTURES}"\n'
+        )
         said = booted.run("/opt/hotgauge/bin/python", "-m", "appliance", "install")
         assert "kept /etc/hotgauge/hotgauge.toml" in said
         wait_until(lambda: measures(port), STARTED_S)
@@ -100,6 +108,16 @@ def test_a_killed_measuring_process_is_told_to_the_journal_with_its_fields_once_
     assert went["PRIORITY"] == "6"
     assert booted.shows("MainPID") == main
     wait_until(lambda: measures(port), 15)
+
+
+def test_the_installed_service_keeps_pictures_in_a_thread_of_low_priority(booted, port):
+    wait_until(lambda: measures(port), 15)
+    with Wire(port) as wire:
+        wire.ask(write_coils(KEEP_PICTURES, True))
+    kept = booted.root / PICTURES.removeprefix("/")
+    wait_until(lambda: list(kept.glob("2*-sizing-request/readings.jsonl")), 60)
+    station = booted.run("pgrep", "-P", booted.shows("MainPID")).split()[0]
+    assert str(PICTURE_NICENESS) in booted.run("ps", "-L", "-o", "ni=", "-p", station).split()
 
 
 def test_broken_settings_at_a_reload_leave_the_service_as_it_is(booted, port):

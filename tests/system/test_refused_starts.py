@@ -16,6 +16,8 @@ from appliance.cameras.simulated.pairs import MillSource
 from appliance.cameras.simulated.rig import mill_rig
 from appliance.sizing.stereo.rig_file import save_rig
 
+pytestmark = pytest.mark.waiting
+
 SIDES = ("left", "right")
 
 

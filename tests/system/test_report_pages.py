@@ -13,6 +13,8 @@ from appliance.diagnostics.fault_table import FAULTS
 from appliance.history import database
 from appliance.history.tables import Row
 
+pytestmark = pytest.mark.waiting
+
 START = datetime(2026, 6, 1, 6, tzinfo=UTC)
 START_MS = round(1000 * START.timestamp())
 MINUTE_MS = 60_000

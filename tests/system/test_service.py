@@ -191,6 +191,15 @@ def test_the_unit_is_exposed_as_little_as_promised(staged, unit):
     assert float(re.search(r"Overall exposure level.*: ([\d.]+)", said)[1]) <= 1.6
 
 
+def test_a_job_of_the_page_that_needs_too_much_memory_ends_alone_and_the_cache_can_be_written(staged):
+    setting = re.compile(r"^(\w+)=(.*)$", re.MULTILINE)
+    page, gauge = (dict(setting.findall((staged / unit).read_text())) for unit in (PAGE_UNIT, UNIT))
+    assert (page["OOMPolicy"], page["Restart"]) == ("continue", "always")
+    assert {"MemoryMax", "TasksMax"} <= page.keys()
+    for folder in ("StateDirectory", "CacheDirectory"):
+        assert page[folder] == gauge[folder]
+
+
 def test_the_unit_starts_this_interpreter_and_leaves_compiled_code_possible(staged):
     unit = (staged / UNIT).read_text()
     assert f'ExecStart="{sys.executable}" -P -m appliance run --config /etc/hotgauge/hotgauge.toml\n' in unit

@@ -1,21 +1,29 @@
 """Network cameras: an RTSP server in its own process, and JPEG over HTTP, both on loopback."""
 
 import contextlib
+import gc
+import os
 import threading
 import time
+import tracemalloc
 
 import pytest
 from clock_picture import WHOLE_BLOCK, damage, shown_ms
 from network_cameras import http_camera, line_to, rtsp_camera, silent_camera
+from stream_gauge import status
 
 from appliance.cameras.source import CameraError
-from appliance.cameras.stream.reader import OPEN_TIME_S, READ_TIME_S
+from appliance.cameras.stream import reader
+from appliance.cameras.stream.reader import OPEN_TIME_S, READ_TIME_S, StreamPlace
 from appliance.cameras.stream.settings import StreamCamera, StreamPictures
 from appliance.cameras.stream.source import StreamPictureSource, StreamSource
+
+pytestmark = pytest.mark.waiting
 
 PERIOD_S = 0.04
 SLACK_MS = 150  # of the server's own drawing and coding on a busy computer
 STALL_S = 2.0
+AT_ONCE, ROUNDS = 20, 30
 
 
 def source_of(address, **settings):
@@ -34,6 +42,15 @@ def luma(pair):
 def later_than_exposed_ms(pair):
     """How much younger a pair is said to be than its picture shows."""
     return 1000 * pair.exposed_monotonic_s - shown_ms(luma(pair))
+
+
+@contextlib.contextmanager
+def tracing():
+    tracemalloc.start()
+    try:
+        yield
+    finally:
+        tracemalloc.stop()
 
 
 def play(source, seconds):
@@ -128,6 +145,32 @@ def test_a_camera_that_accepts_and_stays_silent_ends_in_time_and_leaves_no_threa
                 pass
             assert time.monotonic() - started_s < 2 * OPEN_TIME_S
         assert threading.active_count() == threads
+
+
+def test_a_camera_that_stays_silent_costs_no_memory_however_often_it_is_opened(monkeypatch):
+    monkeypatch.setattr(reader, "OPEN_TIME_S", 0.05)
+    news = threading.Condition()
+    with silent_camera() as port:
+        place = StreamPlace(f"rtsp://127.0.0.1:{port}/live", None, "tcp", camera_clock=False, delay_s=0.0)
+
+        def open_all(rounds):
+            for _ in range(rounds):
+                streams = [reader.StreamReader(place, news) for _ in range(AT_ONCE)]
+                for stream in streams:
+                    with pytest.raises(CameraError):
+                        stream.wait_for_first()
+                    stream.wait_for_end()
+            gc.collect()
+
+        def grown_bytes(held):
+            open_all(10)
+            before = held()
+            open_all(ROUNDS)
+            return held() - before
+
+        assert grown_bytes(lambda: 1024 * status(os.getpid())[1]) < 1024 * ROUNDS * AT_ONCE
+        with tracing():  # Python's own objects, to the byte
+            assert grown_bytes(lambda: tracemalloc.get_traced_memory()[0]) < 150 * ROUNDS * AT_ONCE
 
 
 @pytest.mark.parametrize("address", ["rtsp://127.0.0.1:9/live", "http://127.0.0.1:9/live", "/dev/video77"])

@@ -5,23 +5,36 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from vision.calibration.initial_guess import HIGH, LOW, Pose, View
 from vision.calibration.rig import SIDES, Rig
 
 GIVE_ONE_NUMBER = "give both pictures of a moment the same number"
 NOT_OF_ONE_MOMENT = "left and right do not fit together"
-NAMES_SHOWN = 4  # of pictures with one reason
+NAMES_SHOWN = 4  # of pictures with one reason, in sentences
 COVERED_LEAST, TILT_LEAST_DEG = 0.3, 25.0  # chosen: share of a picture, and difference of tilts, without a warning
 LEAST_PAIRS = 6  # chosen: boards that both cameras must have seen
 HEIGHT_SIGMAS = 4.0  # chosen: the high board may be off board.json by 4 standard uncertainties
 
 
 class Dropped(NamedTuple):
-    """A picture that the calibration does not use, and why."""
+    """A picture that the calibration does not use, and why.
+
+    Attributes
+    ----------
+    name : str
+    reason : str
+    board : str
+        Pose of the board that it shows.
+    other_moment : bool
+        Whether it is left out because it does not fit to the other camera's picture of that pose.
+    """
 
     name: str
     reason: str
+    board: str
+    other_moment: bool = False
 
 
 class CalibrationError(Exception):
@@ -46,10 +59,11 @@ def _left_out(dropped: Sequence[Dropped]) -> list[str]:
     by_reason: dict[str, list[str]] = {}
     for drop in dropped:
         by_reason.setdefault(drop.reason, []).append(drop.name)
-    return [f"left out: {_some(names)} ({reason})" for reason, names in by_reason.items()]
+    return [f"left out: {some_names(names)} ({reason})" for reason, names in by_reason.items()]
 
 
-def _some(names: Sequence[str]) -> str:
+def some_names(names: Sequence[str]) -> str:
+    """Names in a sentence: the first `NAMES_SHOWN`, and how many more."""
     more = [f"{len(names) - NAMES_SHOWN} more"] if len(names) > NAMES_SHOWN else []
     return ", ".join([*names[:NAMES_SHOWN], *more])
 
@@ -102,12 +116,12 @@ def check_pairs(views: Sequence[View], dropped: Sequence[Dropped]) -> None:
     pairs = len(left & right)
     if pairs < LEAST_PAIRS:
         usable = f"{pairs} boards are usable in both pictures where {LEAST_PAIRS} are needed"
-        apart = {drop.name.partition("_")[2] for drop in dropped if drop.reason.startswith(NOT_OF_ONE_MOMENT)}
+        apart = {drop.board for drop in dropped if drop.other_moment}
         advice = "take more pairs of pictures"
         if pairs + len(apart) >= LEAST_PAIRS:
             advice = f"the others, {len(apart)}, are not of one moment: {GIVE_ONE_NUMBER}"
         reasons.append(f"{usable}: {advice}")
-    if LOW not in left | right and any(LOW in drop.name for drop in dropped):
+    if LOW not in left | right and LOW in {drop.board for drop in dropped}:
         reasons.append("no picture of the low board is usable, and it defines the world frame: take it again")
     if reasons:
         raise CalibrationError(reasons, dropped)
@@ -139,7 +153,7 @@ def limits(rig: Rig, views: Sequence[View], boards: Sequence[Pose]) -> list[Limi
         _baseline(rig, boards),
     ]
     for side, camera in enumerate((rig.left, rig.right)):
-        covered = _covered(np.concatenate([v.corners_px for v in views if v.side == side]), camera.image_size)
+        covered = covered_share(np.concatenate([v.corners_px for v in views if v.side == side]), camera.image_size)
         text = f"the boards cover {100.0 * covered:.0f} % of the {SIDES[side]} picture: show them in its corners too"
         found.append(Limit(-covered, -COVERED_LEAST, -0.1, text))
         relative_u = float(np.sqrt(rig.covariance[15 * side, 15 * side]) / camera.K[0, 0])
@@ -230,7 +244,14 @@ def _baseline(rig: Rig, boards: Sequence[Pose]) -> Limit:
     return Limit(-ratio, -0.15, -0.05, text)
 
 
-def _covered(corners_px: np.ndarray, image_size: tuple[int, int]) -> float:
-    """Part of the picture inside the convex hull of all corners."""
+def covered_share(corners_px: NDArray[np.float64], image_size: tuple[int, int]) -> float:
+    """Part of the picture inside the convex hull of all corners.
+
+    Parameters
+    ----------
+    corners_px : ndarray of float64, shape (n, 2)
+    image_size : tuple of int
+        (columns, rows), pixels.
+    """
     hull = cv2.convexHull(corners_px.astype(np.float32))
     return float(cv2.contourArea(hull)) / (image_size[0] * image_size[1])

@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.calibration.acceptance import covered_share
 from vision.calibration.checkerboard import Board
 from vision.calibration.corners import find_corners
 from vision.light import CLIPPED_CODE
@@ -141,9 +142,7 @@ def seen_so_far(poses: Sequence[Array], image_size: tuple[int, int], board: Boar
     if not poses:
         return Seen(0.0, 0.0, tuple(_CORNERS))
     points = np.concatenate(poses)
-    hull = cv2.convexHull(points.astype(np.float32))
-    covered = float(cv2.contourArea(hull)) / (image_size[0] * image_size[1])
-    return Seen(covered, _tilt_deg(poses, image_size, board), _missing(points, image_size))
+    return Seen(covered_share(points, image_size), _tilt_deg(poses, image_size, board), _missing(points, image_size))
 
 
 _CORNERS = {"upper left": (0, 0), "upper right": (1, 0), "lower left": (0, 1), "lower right": (1, 1)}

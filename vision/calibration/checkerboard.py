@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,21 @@ MOST_SQUARES = 100  # along a side; chosen: a square is then less than 40 pixels
 UNTOLD_SQUARE_RELATIVE_U = 0.003
 UNTOLD_HEIGHT_U_MM = 0.5  # chosen: a board on rollers, its height taken with a rule
 BOARD_KEYS = ("squares", "square_mm", "square_u_mm", "low_mm", "high_mm", "height_u_mm", "response")
+
+
+class Assumption(NamedTuple):
+    """What was left out of a board's description and is assumed.
+
+    Attributes
+    ----------
+    text : str
+        A sentence.
+    of_world : bool
+        Whether it matters to the world frame alone, and to nothing where there is none.
+    """
+
+    text: str
+    of_world: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +52,8 @@ class Board:
         Standard uncertainty of each height.
     response : str or None
         How pixel values follow from light in the pictures, where the user knows it; else they are measured for it.
-    assumptions : tuple of str
-        What was left out and is assumed, a sentence each.
+    assumptions : tuple of Assumption
+        What was left out and is assumed.
 
     Raises
     ------
@@ -54,7 +69,7 @@ class Board:
     square_u_mm: float
     height_u_mm: float
     response: NamedResponse | None = None
-    assumptions: tuple[str, ...] = ()
+    assumptions: tuple[Assumption, ...] = ()
 
     def __post_init__(self) -> None:
         columns, rows = self.squares
@@ -144,16 +159,18 @@ class Board:
         long, short = sorted(fields.pair_of_counts("squares"), reverse=True)
         square_mm = fields.number("square_mm")
         square_u_mm, height_u_mm = fields.number_or_none("square_u_mm"), fields.number_or_none("height_u_mm")
-        assumed: list[str] = []
+        assumed: list[Assumption] = []
         if square_u_mm is None:
             square_u_mm = UNTOLD_SQUARE_RELATIVE_U * abs(square_mm)
-            assumed.append(
+            sentence = (
                 f"square_u_mm is not given: every length is uncertain by {100 * UNTOLD_SQUARE_RELATIVE_U:g} %, as of "
                 "a print that nobody has measured; measure the board and give it"
             )
+            assumed.append(Assumption(sentence))
         if height_u_mm is None:
             height_u_mm = UNTOLD_HEIGHT_U_MM
-            assumed.append(f"height_u_mm is not given: {height_u_mm:g} mm is assumed for each height of the board")
+            sentence = f"height_u_mm is not given: {height_u_mm:g} mm is assumed for each height of the board"
+            assumed.append(Assumption(sentence, of_world=True))
         return cls(
             squares=(long, short),
             square_mm=square_mm,

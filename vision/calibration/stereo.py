@@ -33,7 +33,7 @@ from vision.calibration.bundle_adjustment import (
     Sights,
     adjust,
 )
-from vision.calibration.checkerboard import Board
+from vision.calibration.checkerboard import Assumption, Board
 from vision.calibration.initial_guess import HIGH, LOW, Guess, Pose, View, guess, residual_alone_px
 from vision.calibration.rig import BOARD_NAMES, Rig
 from vision.geometry.camera import rotation
@@ -149,7 +149,7 @@ def calibrate(
         raise CalibrationError(["no camera explains the pictures: check board.json"], dropped) from error
     both = {view.board for view in first.views if view.side == 0} & {view.board for view in first.views if view.side}
     check_moments(sorted(both), first.apart)
-    gone = [*dropped, *(Dropped(view.name, "does not fit the lens: a false grid") for view in first.misfits)]
+    gone = [*dropped, *(_dropped(view, "does not fit the lens: a false grid") for view in first.misfits)]
     first, loose, fell = _without_misfits(first, board, gone)
     gone += fell
     has_high = LOW in first.boards and any(view.board == HIGH for view in first.views)
@@ -229,11 +229,15 @@ def _without_misfits(first: Guess, board: Board, gone: Sequence[Dropped]) -> tup
         bad = _worst(first, adjusted, board)
         if not bad:
             return first, adjusted, fell
-        fell += [Dropped(view.name, reason) for view, reason in bad.items()]
+        fell += bad.values()
         first = replace(first, views=[view for view in first.views if view not in bad])
 
 
-def _worst(first: Guess, adjusted: Adjusted, board: Board) -> dict[View, str]:
+def _dropped(view: View, reason: str, *, other_moment: bool = False) -> Dropped:
+    return Dropped(view.name, reason, view.board, other_moment)
+
+
+def _worst(first: Guess, adjusted: Adjusted, board: Board) -> dict[View, Dropped]:
     """Pictures to leave out, with reasons: the worst one, or both of its pair when each alone is right."""
     residuals = _by_view(first, adjusted)
     limit = max(0.1, 3.0 * float(np.median(list(residuals.values()))))
@@ -244,13 +248,14 @@ def _worst(first: Guess, adjusted: Adjusted, board: Board) -> dict[View, str]:
     # cameras as their own pictures have them: wrong pairs bend those that were adjusted together
     cameras = (first.cameras, adjusted.scene.cameras)
     alone = {view: min(residual_alone_px(view, both[view.side], board) for both in cameras) for view in pair}
-    wrong = {view: f"no regular grid, residual {px:.2f} px" for view, px in alone.items() if px > limit}
+    wrong = {view: _dropped(view, f"no regular grid, residual {px:.2f} px") for view, px in alone.items() if px > limit}
     if wrong:
         return wrong
     if worst.board == HIGH and LOW in first.boards:
-        return dict.fromkeys(pair, f"the high board does not lie parallel to the low one, {residuals[worst]:.2f} px")
+        tilted = f"the high board does not lie parallel to the low one, {residuals[worst]:.2f} px"
+        return {view: _dropped(view, tilted) for view in pair}
     reason = f"{NOT_OF_ONE_MOMENT}, {residuals[worst]:.2f} px: not of one moment, or the board moved"
-    return dict.fromkeys(pair, reason)
+    return {view: _dropped(view, reason, other_moment=True) for view in pair}
 
 
 def _by_view(first: Guess, adjusted: Adjusted) -> dict[View, float]:
@@ -269,7 +274,7 @@ def _with_heights(board: Board, measured_mm: float | None) -> Board:
             raise CalibrationError([f"{below}: check that the pictures {LOW} and {HIGH} are not swapped"])
         high_mm = measured_mm
         shown = f"high_mm is not given: {high_mm:.1f} mm is what the pictures show"
-        assumptions = (*assumptions, f"{shown}, so that the heights are not checked")
+        assumptions = (*assumptions, Assumption(f"{shown}, so that the heights are not checked"))
     high_mm = low_mm + STAND_IN_RISE_MM if high_mm is None else high_mm
     return replace(board, low_mm=low_mm, high_mm=high_mm, assumptions=assumptions)
 
@@ -330,7 +335,7 @@ def _judged(
     if reasons:
         raise CalibrationError(reasons, gone)
     warnings = [limit.text for limit in judged if limit.close] + mounting_warnings(rig)
-    warnings += [text for text in board.assumptions if rig.has_world or not text.startswith("height_u_mm")]
+    warnings += [one.text for one in board.assumptions if rig.has_world or not one.of_world]
     if not rig.has_world:
         warnings.append("the world frame is missing: no picture of the low board; the gauge cannot measure with this")
     elif not has_high:

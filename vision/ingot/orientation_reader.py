@@ -6,13 +6,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.ingot.classifiers.classifier import Face
 from vision.ingot.classifiers.names import ClassifierName
-from vision.ingot.classifiers.similarity import USUAL_COMPARISON, Comparison, as_reference, circular, similarity
-from vision.ingot.classifiers.ssim import SingleSimilarity
-from vision.ingot.classifiers.table import CLASSIFIERS
+from vision.ingot.classifiers.similarity import USUAL_COMPARISON, Comparison
 from vision.ingot.end_finder import Box, End, EndFinder
 from vision.ingot.end_image import end_image
+from vision.ingot.face_judge import FaceJudge
 from vision.light import CLIPPED_CODE
 from vision.readings import OrientationReading
 from vision.reasons import IngotReason
@@ -71,16 +69,8 @@ class OrientationReader:
         classifier: ClassifierName = "relief",
         comparison: Comparison = USUAL_COMPARISON,
     ) -> None:
-        if classifier not in CLASSIFIERS:
-            raise ValueError(f"classifier is {classifier!r}; allowed are {', '.join(CLASSIFIERS)}")
         self._finder = finder
-        self._top, self._bottom = as_reference(references.top), as_reference(references.bottom)
-        self._comparison = comparison
-        kind = CLASSIFIERS[classifier]
-        if kind is SingleSimilarity:
-            self._classifier = SingleSimilarity(self._top, self._bottom, comparison.threshold)
-        else:
-            self._classifier = kind(self._top, self._bottom)
+        self._judge = FaceJudge((references.top, references.bottom), classifier, comparison)
 
     def read(self, picture: Picture) -> OrientationReading:
         """Find the end in a picture and say which one it is.
@@ -104,9 +94,8 @@ class OrientationReader:
         end, reasons = self._finder.find(picture)
         if end is None:
             return OrientationReading(reasons=reasons)
-        image = end_image(picture, end)
-        face = Face(image, self._similarity(image, self._top), self._similarity(image, self._bottom))
-        verdict = self._classifier.judge(face)
+        face = self._judge.face(end_image(picture, end))
+        verdict = self._judge.verdict(face)
         return OrientationReading(
             present=True,
             orientation=verdict.orientation,
@@ -118,11 +107,6 @@ class OrientationReader:
             radius=end.radius,
             reasons=reasons | (IngotReason.OVEREXPOSED if is_overexposed(picture, end) else IngotReason.NONE),
         )
-
-    def _similarity(self, image: Picture, reference: Picture) -> float:
-        if self._comparison.circular:
-            image, reference = circular(image), circular(reference)
-        return similarity(image, reference, self._comparison.exponents)
 
 
 def is_overexposed(picture: Picture, end: End) -> bool:

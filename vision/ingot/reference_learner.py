@@ -11,13 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vision.ingot.classifiers.classifier import Face, FaceClassifier, Picture
+from vision.ingot.classifiers.classifier import Picture
 from vision.ingot.classifiers.names import ClassifierName
-from vision.ingot.classifiers.similarity import as_reference, similarity
-from vision.ingot.classifiers.ssim import DualSimilarity, SingleSimilarity
-from vision.ingot.classifiers.table import CLASSIFIERS
-
-CLEARNESS = 60.0  # chosen: log odds to a difference of similarities of 1; kinds differ by some 0.1
+from vision.ingot.classifiers.similarity import USUAL_COMPARISON, Comparison, as_reference
+from vision.ingot.face_judge import FaceJudge
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,6 +53,8 @@ class ReferenceLearner:
         The pair in use, learned before or the commissioned one.
     classifier : str
         Which judges; one of `CLASSIFIERS`.
+    comparison : Comparison
+        How similarities with the references are computed, as for `OrientationReader`.
     rule : LearningRule, optional
 
     Attributes
@@ -69,17 +68,16 @@ class ReferenceLearner:
         commissioned: tuple[Picture, Picture],
         current: tuple[Picture, Picture],
         classifier: ClassifierName,
+        comparison: Comparison = USUAL_COMPARISON,
         rule: LearningRule | None = None,
     ) -> None:
         ends = as_reference(commissioned[0]), as_reference(commissioned[1])
         self.current = as_reference(current[0]), as_reference(current[1])
-        self._classifier: type[FaceClassifier] = CLASSIFIERS[classifier]
+        self._classifier: ClassifierName = classifier
+        self._comparison = comparison
         self._rule = rule or LearningRule()
-        self._judge = _Judge(self._classifier, self.current)
-        self._confirmed = {
-            is_top: [_Confirmed(end, self._judge.log_odds(end))]
-            for end, is_top in zip(ends, (True, False), strict=True)
-        }
+        self._judge = FaceJudge(self.current, classifier, comparison)
+        self._confirmed = {is_top: [_judged(self._judge, end)] for end, is_top in zip(ends, (True, False), strict=True)}
 
     def add(self, image: Picture, *, is_top: bool) -> bool:
         """Take a confirmed ingot into account.
@@ -95,21 +93,18 @@ class ReferenceLearner:
         bool
             Whether it became the reference of its kind in `current`.
         """
-        log_odds = self._judge.log_odds(image)
-        first, *others = [*self._confirmed[is_top], _Confirmed(image, log_odds)]
+        new = _judged(self._judge, image)
+        first, *others = [*self._confirmed[is_top], new]
         self._confirmed[is_top] = [first, *others[-self._rule.remembered :]]
         if min(len(ingots) for ingots in self._confirmed.values()) <= self._rule.least:
             return False
         loss = self._loss(self._confirmed)
-        if loss < self._rule.good and (log_odds > 0) != is_top:
+        if loss < self._rule.good and (new.log_odds > 0) != is_top:
             return False
         top, bottom = self.current
         tried = (image, bottom) if is_top else (top, image)
-        judge = _Judge(self._classifier, tried)
-        judged = {
-            kind: [_Confirmed(one.image, judge.log_odds(one.image)) for one in ingots]
-            for kind, ingots in self._confirmed.items()
-        }
+        judge = FaceJudge(tried, self._classifier, self._comparison)
+        judged = {kind: [_judged(judge, one.image) for one in ingots] for kind, ingots in self._confirmed.items()}
         if self._loss(judged) > loss - self._rule.gain:
             return False
         self.current, self._judge, self._confirmed = tried, judge, judged
@@ -126,22 +121,11 @@ class ReferenceLearner:
 
 
 class _Confirmed(NamedTuple):
-    """Picture of a confirmed ingot, and how the pair in use judges it."""
+    """Picture of a confirmed ingot, and how clearly the pair in use judges it."""
 
     image: Picture
     log_odds: float
 
 
-class _Judge:
-    """A classifier with its references."""
-
-    def __init__(self, classifier: type[FaceClassifier], references: tuple[Picture, Picture]) -> None:
-        self._references = references
-        self._compares = issubclass(classifier, (SingleSimilarity, DualSimilarity))
-        self._classifier = classifier(*references)
-
-    def log_odds(self, image: Picture) -> float:
-        if self._compares:  # the evidence of a verdict is the same for near and far
-            top, bottom = (similarity(image, one) for one in self._references)
-            return CLEARNESS * (top - bottom)
-        return self._classifier.judge(Face(image, 0.0, 0.0)).log_odds
+def _judged(judge: FaceJudge, image: Picture) -> _Confirmed:
+    return _Confirmed(image, judge.clearness(judge.face(image)))

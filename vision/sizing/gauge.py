@@ -30,7 +30,7 @@ from vision.calibration.rig import Rig
 from vision.calibration.still_marks import MarksMotion
 from vision.edges.operators import Edges
 from vision.fusion.names import Fusion
-from vision.readings import SizeReading
+from vision.readings import SizeReading, of_all_bars
 from vision.reasons import Reason
 from vision.sent_picture import Codes, SentPicture
 from vision.sizing.checked_pictures import checked_pair
@@ -102,7 +102,7 @@ class Gauge:
             for.
         """
         readings = self.measure_bars(left, right)
-        return readings[0] if len(readings) == 1 else SizeReading(reasons=Reason.SEVERAL_BARS)
+        return of_all_bars(readings)
 
     def measure_bars(
         self, left: SentPicture | Codes, right: SentPicture | Codes, *, synchronous: bool = False

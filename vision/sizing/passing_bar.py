@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.readings import SizeReading
-from vision.reasons import Reason
+from vision.sizing.bar_gap import BarGap
+from vision.sizing.correlated_mean import LEAST_COUNT_SCATTER, mean_variance_factor, own_uncertainty_mm, stated
 from vision.sizing.section_turn import turning_section
 
 Array = NDArray[np.float64]
@@ -23,8 +24,6 @@ MEMORY_FRAMES = 50  # chosen: 2 s at 25 frames a second
 STEP_SIGMAS = 4.0  # chosen: a frame further from the mean than 4 standard deviations of both belongs to another size
 LEAST_STEP_MM = 0.3  # chosen: a smaller difference is no step; places in the pictures differ by up to 0.2 mm
 LEAST_OWN_MM = 0.01  # chosen: least standard uncertainty of a frame of its own, so that none takes all the weight
-GAP_S = 2.0  # chosen: after so long without a value the next one begins another bar
-LEAST_FRAMES_SCATTER = 4  # chosen: fewer frames say too little of their scatter
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,13 +36,14 @@ class _Frame:
     @property
     def own_mm(self) -> float:
         """Standard uncertainty that it does not share with other frames."""
-        return math.hypot(_number(self.reading.u_edge_mm), _number(self.reading.u_motion_mm), LEAST_OWN_MM)
+        return math.hypot(own_uncertainty_mm(self.reading), LEAST_OWN_MM)
 
 
 class PassingBar:
     """The bar in the measuring region, from frame to frame; starts anew with each bar and each step in diameter."""
 
     def __init__(self) -> None:
+        self._gap = BarGap()
         self._frames: deque[_Frame] = deque(maxlen=MEMORY_FRAMES)
         self._apart: _Frame | None = None  # the last frame, if it lies apart from the mean
 
@@ -54,14 +54,14 @@ class PassingBar:
         ----------
         reading : SizeReading
         time_s : float
-            Moment of exposure; later than those before.
+            Moment of exposure.
 
         Returns
         -------
         SizeReading
             The reading with the bar's values; NaN where the reading itself has no value.
         """
-        if Reason.NO_BAR in reading.reasons or (self._frames and time_s - self._frames[-1].time_s > GAP_S):
+        if self._gap.ends_bar(reading, time_s):
             self._frames.clear()
             self._apart = None
         if not reading.valid:
@@ -90,7 +90,7 @@ class PassingBar:
         return diameter_mm, np.array([frame.own_mm for frame in self._frames])
 
     def _scatter_mm(self) -> float:
-        if len(self._frames) < LEAST_FRAMES_SCATTER:
+        if len(self._frames) < LEAST_COUNT_SCATTER:
             return 0.0
         return float(self._diameters()[0].std(ddof=1))
 
@@ -103,10 +103,11 @@ class PassingBar:
         diameter_mm, own_mm = self._diameters()
         weight = own_mm**-2 / np.sum(own_mm**-2)
         mean_mm, stated_mm = float(weight @ diameter_mm), self._stated_mm()
-        if len(diameter_mm) < LEAST_FRAMES_SCATTER:
+        if len(diameter_mm) < LEAST_COUNT_SCATTER:
             return mean_mm, stated_mm
         away = diameter_mm - mean_mm
-        seen_mm = float(np.sqrt(weight**2 @ away**2 * _correlation_factor(away)))
+        neighbours = float(away[1:] @ away[:-1] / max(away @ away, 1e-12))
+        seen_mm = float(np.sqrt(weight**2 @ away**2 * mean_variance_factor(neighbours, len(away))))
         return mean_mm, max(stated_mm, seen_mm)
 
     def _with_bar(self, reading: SizeReading) -> SizeReading:
@@ -120,7 +121,7 @@ class PassingBar:
         )
         if section is not None:  # over half a turn all widths were seen
             mean_mm, u_mm = section.diameter_mm, max(self._stated_mm(), section.u_diameter_mm)
-            shared_mm2 -= _number(newest.reading.u_shape_mm) ** 2
+            shared_mm2 -= stated(newest.reading.u_shape_mm) ** 2
         return replace(
             reading,
             bar_frames=len(self._frames),
@@ -131,23 +132,6 @@ class PassingBar:
         )
 
 
-def _number(value: float) -> float:
-    """0 for a part of the uncertainty that a method does not state."""
-    return value if math.isfinite(value) else 0.0
-
-
 def _near(first: _Frame, second: _Frame) -> bool:
     apart_mm = abs(first.reading.diameter_mm - second.reading.diameter_mm)
     return apart_mm <= max(LEAST_STEP_MM, STEP_SIGMAS * math.hypot(first.own_mm, second.own_mm))
-
-
-def _correlation_factor(away: Array) -> float:
-    """Variance of a mean over that of independent values, from the correlation r of neighbours: (1 + r) / (1 - r).
-
-    That of a first-order autoregression (Bayley and Hammersley, doi:10.2307/2983560); r is estimated with the bias of
-    short series added back, (1 + 3 r) / n (Kendall, doi:10.2307/2333193), and not below 0.
-    """
-    count = len(away)
-    neighbours = float(away[1:] @ away[:-1] / max(away @ away, 1e-12))
-    r = min(max(neighbours + (1 + 3 * max(neighbours, 0.0)) / count, 0.0), 1 - 2 / count)
-    return (1 + r) / (1 - r)

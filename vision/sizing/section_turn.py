@@ -3,6 +3,9 @@
 An ellipse of mean diameter D and ovality o (greatest minus least width) that turns shows each view the width
 D + (o / 2) cos(w t + p), w twice the speed of the turn, p of each view. Least squares in D and both views' cosine and
 sine for each w of a grid; the best w is kept if it stands out and the bar has shown all its widths.
+
+p of the two views differs by twice the angle between them. A diameter that changes along the bar (a taper, a wave of
+the rolls) changes both widths in phase and is no ovality: both waves must differ as those of a turn do.
 """
 
 import math
@@ -18,6 +21,9 @@ SPEEDS = 60  # chosen: speeds of the grid, from one wave of widths over all fram
 LEAST_SCATTER = 1.5  # chosen: noise alone scatters by 1, and the fits of all speeds take 3 ms
 LEAST_WAVES = 1.0  # a whole wave: half a turn of the bar, after which all widths were seen
 CLEAR_SIGMAS = 5.0  # chosen: an amplitude of fewer standard uncertainties may be chance, the best of `SPEEDS`
+# Difference of both waves over the sum of their amplitudes: sin(angle between the views) for an ellipse that turns, 0
+# for a diameter that changes along the bar. Chosen: views 15 degrees apart still show a turn.
+LEAST_DIFFERENCE_SHARE = 0.25
 LEAST_EXPLAINED_SHARE = 0.6  # chosen: share of the widths' variance that the turn must explain
 
 
@@ -46,7 +52,7 @@ def turning_section(time_s: Array, width_mm: Array, noise_mm: float) -> TurningS
     Returns
     -------
     TurningSection or None
-        None where the bar has not turned far enough, or is too round to tell.
+        None where the bar has not turned far enough or is too round to tell, and where both widths change in phase.
     """
     both = np.isfinite(width_mm).all(axis=1)
     time_s, width_mm = time_s[both] - (time_s[both][0] if both.any() else 0.0), width_mm[both]
@@ -61,7 +67,11 @@ def turning_section(time_s: Array, width_mm: Array, noise_mm: float) -> TurningS
     total = float(np.sum((width_mm - width_mm.mean()) ** 2))
     left, right = math.hypot(*parameters[1:3]), math.hypot(*parameters[3:5])
     u_amplitude = math.sqrt(float(np.mean(np.diag(covariance)[1:])))
+    difference = math.hypot(parameters[1] - parameters[3], parameters[2] - parameters[4])
     clear = min(left, right) > CLEAR_SIGMAS * u_amplitude
+    clear = clear and difference > max(
+        CLEAR_SIGMAS * math.sqrt(2) * u_amplitude, LEAST_DIFFERENCE_SHARE * (left + right)
+    )
     if not clear or square > (1 - LEAST_EXPLAINED_SHARE) * total:
         return None
     return TurningSection(

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 from vision.readings import SizeReading
 from vision.reasons import Reason
-from vision.sizing.passing_bar import GAP_S, PassingBar
+from vision.sizing.bar_gap import BLIND_TIME_S, BarGap
+from vision.sizing.passing_bar import PassingBar
 from vision.sizing.tangent.bar_pairs import MOST_BARS
 
 SAME_BAR_MM = 40.0  # chosen: a bar that lies further across the line than this from where one was is another bar
@@ -26,6 +27,7 @@ class SideBySide:
     """Passing bars, each with values of its own and a slot that it keeps, also while another one hides it."""
 
     def __init__(self) -> None:
+        self._gap = BarGap()
         self._bars: list[_Known] = []
 
     @property
@@ -44,15 +46,18 @@ class SideBySide:
         readings : sequence of SizeReading
             Of all bars of a frame, from smaller x.
         time_s : float
-            Moment of exposure; later than those before.
+            Moment of exposure.
 
         Returns
         -------
         tuple of SizeReading
-            The same readings with their bars' values.
+            The same readings with their bars' values. Only a reading with a value begins a bar.
         """
-        gone = any(Reason.NO_BAR in reading.reasons for reading in readings)
-        before = [bar for bar in self._bars if not gone and time_s - bar.seen_s <= GAP_S]
+        gone = self._gap.ends_bar(readings[0], time_s)  # a frame without a bar has no other reading
+        before = [bar for bar in self._bars if not gone and time_s - bar.seen_s < BLIND_TIME_S]
+        if Reason.NO_BAR in readings[0].reasons:
+            self._bars = [bar._replace(reading=readings[0]) for bar in before]
+            return tuple(readings)
         alone = len(readings) == len(before) == 1
         known = [_same(before, reading, alone=alone) for reading in readings]
         hidden = [bar._replace(reading=SizeReading(reasons=Reason.ONE_CAMERA)) for bar in before]
@@ -61,7 +66,8 @@ class SideBySide:
         self._bars = hidden
         result: list[SizeReading] = []
         for one, reading in zip(known, readings, strict=True):
-            if one is None and (not free or (len(readings) > 1 and math.isnan(reading.offset_mm))):
+            placed = len(readings) == 1 or math.isfinite(reading.offset_mm)
+            if one is None and not (free and reading.valid and placed):
                 result.append(reading)
                 continue
             bar = one or _Known(free.pop(0), time_s, reading.offset_mm, PassingBar(), reading)

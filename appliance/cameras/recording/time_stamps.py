@@ -7,13 +7,16 @@ the cameras' own.
 
 import csv
 import io
-from collections.abc import Mapping
+import itertools
+import statistics
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple, Self
 
 from appliance.cameras.source import CameraError, FramePair
 
 STAMPS_FILE = "timestamps.csv"
+FRAME_PERIOD_S = 0.04  # of a recording without time stamps: 25 frames a second
 COLUMNS = ("frame", "left_us", "right_us", "stamped")
 
 
@@ -70,3 +73,40 @@ def stamps_table(stamps: Mapping[int, Stamps]) -> bytes:
     table.writerow(COLUMNS)
     table.writerows((number, one.left_us, one.right_us, int(one.stamped)) for number, one in stamps.items())
     return text.getvalue().encode()
+
+
+class FrameMoments:
+    """Moments of a recording's frames: their time stamps, else their numbers at `FRAME_PERIOD_S` for the usual step.
+
+    The usual step is the median, so numbers may count every tenth frame or be microseconds of a date. A frame without a
+    time stamp among others that have one follows the frame before.
+
+    Parameters
+    ----------
+    numbers : sequence of int
+        Frame numbers of the recording.
+    stamps : mapping of int to Stamps, optional
+        Time stamps by frame.
+    """
+
+    def __init__(self, numbers: Sequence[int], stamps: Mapping[int, Stamps] | None = None) -> None:
+        steps = [later - earlier for earlier, later in itertools.pairwise(numbers)]
+        self._usual_step = statistics.median(steps) if steps else 1
+        self._stamps = stamps or {}
+        self._number = numbers[0] if numbers else 0
+        self._moment_s = 0.0
+
+    def moment_s(self, number: int) -> float:
+        """Moment of the left exposure, on a clock of the recording.
+
+        Parameters
+        ----------
+        number : int
+            Number of the frame; not smaller than those before.
+        """
+        if number in self._stamps:
+            self._moment_s = self._stamps[number].left_us / 1e6
+        else:
+            self._moment_s += (number - self._number) / self._usual_step * FRAME_PERIOD_S
+        self._number = number
+        return self._moment_s

@@ -23,7 +23,8 @@ def catch_messages() -> None:
     """Have FFmpeg's messages go to the `av.logging.Capture` of their thread, and nowhere else."""
     logger = logging.getLogger("libav")
     logger.propagate = False
-    logger.addHandler(logging.NullHandler())
+    if not logger.handlers:  # a stream that is opened again would add one more each time
+        logger.addHandler(logging.NullHandler())
     av.logging.set_skip_repeated(False)
     av.logging.set_level(av.logging.DEBUG)
 

@@ -1,6 +1,7 @@
 """One stream and the thread that reads it: every picture is received as it comes, so that none waits unseen."""
 
 import contextlib
+import logging
 import math
 import threading
 import time
@@ -30,7 +31,12 @@ WITHOUT_TIMES = "mpjpeg"  # FFmpeg's name of JPEG pictures over HTTP
 REFERENCE_TIME = "prft"  # FFmpeg's name of the moment on the sender's clock, µs since 1970, from RTCP
 LOW_DELAY = 1 << 19  # AV_CODEC_FLAG_LOW_DELAY: pictures are handed out as soon as they are decoded
 NETWORK_OPTIONS = {"fflags": "nobuffer", "analyzeduration": "300000"}  # µs of stream that are looked at first
-REORDERING_US = "100000"  # that a missing packet is waited for
+REORDERING_US = "100000"  # that a missing packet is waited for, over UDP
+# Over TCP packets cannot change places, but a camera under load leaves some out. FFmpeg reports them only where it
+# waits for late ones, by default not over TCP: a key picture whose end is missing then passes for a whole one.
+TCP_REORDERING_PACKETS = "2"  # least with which it looks; the packet after a gap waits for one more
+
+logger = logging.getLogger("hotgauge.cameras")
 
 
 class StreamPlace(NamedTuple):
@@ -129,6 +135,13 @@ class StreamReader:
             self._report(CameraError(f"{self._place.address}: {error}", error.fault))
         except FFmpegError as error:
             self._report(CameraError(f"{self._place.address}: {_lost(error)}; check camera and network"))
+        except Exception as error:  # a mistake of our own, or of the library: told, and the camera is opened again
+            logger.exception("%s: reading", self._place.address)
+            self._report(
+                CameraError(
+                    f"{self._place.address}: reading failed ({type(error).__name__}); send the log to the maker"
+                )
+            )
 
     def _read(self, messages: list[Message]) -> None:
         with contextlib.closing(self._open()) as container:
@@ -146,9 +159,11 @@ class StreamReader:
         try:
             if place.address.startswith(DEVICE_FOLDER):
                 return av.open(place.address, format="video4linux2", timeout=timeout)
-            options = NETWORK_OPTIONS | {"rtsp_transport": place.transport, "max_delay": REORDERING_US}
-            rtsp_only = {"rtsp_transport", "max_delay"} if not place.address.startswith("rtsp") else set[str]()
-            options = {name: value for name, value in options.items() if name not in rtsp_only}
+            options = NETWORK_OPTIONS
+            if place.address.startswith("rtsp"):
+                options = options | {"rtsp_transport": place.transport, "max_delay": REORDERING_US}
+                if place.transport == "tcp":
+                    options["reorder_queue_size"] = TCP_REORDERING_PACKETS
             return av.open(with_credentials(place.address, place.credentials), options=options, timeout=timeout)
         except FFmpegError as error:  # its own text holds the address with user and password
             raise CameraError(f"cannot be opened ({_reason(error)}); check address, camera and network") from None

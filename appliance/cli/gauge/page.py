@@ -42,6 +42,11 @@ def run_page(given: argparse.Namespace) -> None:
     print("  who may log in   hotgauge page-user NAME --role operator", flush=True)
     sizing = settings.sizing
     folder = page.commissioning or users.with_name("commissioning")
+    rig = sizing.scale_file if sizing.method == "tangent" else None
+
+    def refusal(sha256: str) -> str:
+        return settings_file.load(given.config).sizing.adjustment.refusal(sha256)
+
     serve_page(
         page,
         place_of(settings),
@@ -49,7 +54,7 @@ def run_page(given: argparse.Namespace) -> None:
         users=users,
         previews=runtime_folder(),
         history=settings.history.directory,
-        commissioning=Commissioning(folder, sizing.scale_file if sizing.method == "tangent" else None, given.config),
+        commissioning=Commissioning(folder, rig, given.config, refusal),
     )
 
 

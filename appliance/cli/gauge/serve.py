@@ -9,7 +9,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 from appliance.cli.common import add_config
-from appliance.files.runtime_folder import give_runtime_folder, was_asked_for_reload
+from appliance.files.reload_request import was_asked_for_reload
+from appliance.files.runtime_folder import give_runtime_folder
 from appliance.service import systemd as service
 from appliance.supervisor import settings as settings_file
 from appliance.supervisor.settings import PlcSettings, Settings, state_folder

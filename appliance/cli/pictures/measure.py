@@ -68,6 +68,7 @@ def measure_recording(given: argparse.Namespace) -> list[str]:
     from appliance.sizing.recorded_settings import brings_settings
 
     if given.rig is None and brings_settings(given.recording):
+        _refuse_beside_own_settings(given)
         return measure_black_box(given.recording, given.output)
     room = ROOM_BY_METHOD[given.method]
     settings = settings_file.load(given.config)
@@ -75,6 +76,16 @@ def measure_recording(given: argparse.Namespace) -> list[str]:
         given.ovality = settings.sizing.ovality_mm
     judge = row_judge(SetPoints.from_settings(settings.sizing.set_points), settings.judging)
     return room.run(given, judge)
+
+
+def _refuse_beside_own_settings(given: argparse.Namespace) -> None:
+    """Raise `CommandError` for an option that a recording of the black box, measured as it was served, ignores."""
+    for option in (*(option for room in ROOMS for option in room.options), "config", "plot"):
+        if getattr(given, option) is not None:
+            words = f"--{option.replace('_', '-')}"
+            raise CommandError(
+                f"{words}: {given.recording} is measured with its own settings; leave it out, or give --rig"
+            )
 
 
 def _refuse_others(given: argparse.Namespace, room: Measuring) -> None:

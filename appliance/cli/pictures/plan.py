@@ -29,7 +29,7 @@ def add_plan(command: argparse.ArgumentParser) -> None:
     command.add_argument("--exposure-us", type=_positive, default=500.0, metavar="US", help="500 if not given")
     command.add_argument("--speed", type=float, default=2.0, metavar="M/S", help="of the bar; 2 if not given")
     command.add_argument("--bars", type=_positive, nargs=2, default=(80.0, 250.0), metavar=("FROM", "TO"))
-    command.add_argument("--ovality", type=float, default=0.0, metavar="MM", help="of the product")
+    command.add_argument("--ovality", type=float, metavar="MM", help="of the product; 0.6 %% of the bar unless given")
     command.add_argument("--region", type=float, nargs=2, default=(-250.0, 250.0), metavar=("FROM", "TO"))
     command.add_argument("--output", type=Path, metavar="FILE", help="picture of the mounting, .png, .pdf or .svg")
 
@@ -67,7 +67,7 @@ def _mounting(given: argparse.Namespace) -> "Mounting":
         raise CommandError(f"--distance-m {given.distance_m:g}: not far enough for a lens of {given.focal_mm:g} mm")
     if not baseline_mm < 1.2 * distance_mm:
         raise CommandError(f"--baseline-m {baseline_mm / 1000:g}: give less than 1.2 times the distance")
-    if not given.elevation < 90 or not given.speed >= 0 or not given.ovality >= 0:
+    if not given.elevation < 90 or not given.speed >= 0 or not (given.ovality or 0.0) >= 0:
         raise CommandError("--elevation, --speed, --ovality: give an angle below 90 degrees, and nothing below 0")
     return Mounting(
         columns,
@@ -109,9 +109,9 @@ def _table(found: "list[Expected]") -> list[str]:
     from appliance.planning.expected import PARTS
 
     lines = ["expected on the simulated mill, mm (U: k = 2, parts: k = 1, error: here)"]
-    lines.append(f"{'bar':>7} {'U':>7} {'error':>7}  " + " ".join(f"{part:>11}" for part in PARTS[:4]))
+    lines.append(f"{'bar':>7} {'U':>7} {'error':>7}  " + " ".join(f"{part:>11}" for part in PARTS))
     for one in found:
-        parts = " ".join(f"{one.parts_mm[part]:11.3f}" for part in PARTS[:4])
+        parts = " ".join(f"{one.parts_mm[part]:11.3f}" for part in PARTS)
         why = f"  {', '.join(one.reasons)}" if one.reasons else ""
         lines.append(f"{one.diameter_mm:7.1f} {one.expanded_mm:7.3f} {one.error_mm:+7.3f}  {parts}{why}")
     return lines

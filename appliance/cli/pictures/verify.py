@@ -8,6 +8,7 @@ from pathlib import Path
 from appliance.cli.common import add_config, number_within, progress
 from appliance.cli.outputs import refuse_lost_input, refuse_unwritable
 from appliance.command_options import CommandError
+from appliance.files.digest import file_sha256
 from appliance.supervisor import settings as settings_file
 
 EXIT_NOT_PASSED = 1
@@ -36,12 +37,14 @@ def run_verify(given: argparse.Namespace) -> int | None:
         refuse_unwritable(given.output)
     folder = None if given.config is None else settings_file.load(given.config).history.directory
     try:
+        found_with = file_sha256(given.rig)
         with progress("frame") as show:
             found = verify_recording(given, folder, show)
     except OSError as error:
         place = error.filename or given.output
         raise CommandError(f"{place}: {error.strerror}; give a place in a writable folder") from error
     lines = [
+        f"calibration     SHA-256 {found_with}",
         f"master          {found.master.diameter_mm:.3f} mm, U {found.master.expanded_mm:.3f} mm",
         f"readings        {found.readings}, and {found.missing} without a value",
         f"error           {found.error_mm:+.3f} mm, U {found.test_expanded_mm:.3f} mm",

@@ -111,11 +111,6 @@ class Line:
                 self._picture("right", scene.right, frame, starts[1]),
             )
 
-    def bars_at(self, frame: int, side: Side = "left") -> list[Bar]:
-        """The bars in the middle of a camera's exposure."""
-        time_ms = frame * FRAME_PERIOD_MS + (self.late_ms if side == "right" else 0.0)
-        return [self.motion.at(bar, time_ms) for bar in self.setup.bars]
-
     def _picture(self, side: Side, view: View, frame: int, noise_start: int) -> Picture:
         time_ms = frame * FRAME_PERIOD_MS + (self.late_ms if side == "right" else 0.0)
         count = SUB_EXPOSURES if self.exposure_ms and self.motion != Motion() else 1

@@ -10,7 +10,7 @@ from appliance.cameras.recording.picture_file import read_picture
 from appliance.cameras.section import EmptyLine
 from appliance.cameras.source import CameraError, Frame
 from appliance.processes.preview import Line, Lines
-from appliance.sizing.method import ScaleError
+from appliance.sizing.method import ScaleError, ScaleFile
 from vision.pictures import is_false_colour
 from vision.readings import SizeReading
 from vision.reasons import Reason
@@ -71,9 +71,11 @@ class TimedConveyorGauge:
         self._gauge = make(empty.pictures)
 
     @property
-    def scale_file(self) -> tuple[str, bytes] | None:
-        """Name and content of the picture of the empty line; None where the camera has its own pictures of it."""
-        return (f"empty{Path(self.name).suffix}", self._content) if self._content else None
+    def scale_files(self) -> Sequence[ScaleFile]:
+        """The picture of the empty line; none where the camera has its own pictures of it."""
+        if not self._content:
+            return ()
+        return (ScaleFile("background", f"empty{Path(self.name).suffix}", self._content),)
 
     @property
     def carried(self) -> tuple[float, ...]:

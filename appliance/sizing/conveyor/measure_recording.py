@@ -6,6 +6,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from appliance.cameras.recording.pictures import PictureRecording, darkest
+from appliance.cameras.recording.time_stamps import FrameMoments
 from appliance.cameras.section import EmptyLine
 from appliance.files.atomic_file import whole_file
 from appliance.files.row_writer import row_writer
@@ -80,12 +81,12 @@ def measure_conveyor(
     )
     gauge = TimedConveyorGauge(empty, make)
     drawing = ConveyorPlots(plots, gauge.barriers, reference.spacing_mm) if plots is not None else None
-    rows, summary = ReadingRows(judge), Summary()
+    rows, summary, moments = ReadingRows(judge), Summary(), FrameMoments(frames.numbers)
     with whole_file(output) as file:
         write = row_writer(output, file, COLUMNS)
         for frame, picture in tqdm(frames, unit="frame", total=len(frames), disable=None):
             reading, elapsed_ms = gauge.measure(picture)
-            values = rows.row(frame, reading, elapsed_ms)
+            values = rows.row(frame, reading, elapsed_ms, moments.moment_s(frame))
             summary.add(reading, values["decision"])
             write(values)
             if drawing is not None:

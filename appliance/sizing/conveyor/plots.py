@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from appliance.files.atomic_file import whole_file
 from appliance.files.row_writer import row_writer
-from appliance.sizing.figures import figure_class, mark_frames, save_figure
+from appliance.sizing.figures import PlotFolder, mark_frames
 from vision.readings import SizeReading
 from vision.reasons import Reason
 from vision.sizing.conveyor.barriers import Barriers
@@ -19,7 +19,7 @@ EXPERIMENT_NAMES = {1: "boundary, original", 2: "boundary, homographic", 3: "lin
 EXPERIMENT_OFFSET = 0.3  # frames between the error bars of two experiments
 
 
-class ConveyorPlots:
+class ConveyorPlots(PlotFolder):
     """Collects frames and draws them when all are there.
 
     Parameters
@@ -40,13 +40,11 @@ class ConveyorPlots:
     """
 
     def __init__(self, folder: Path, barriers: Barriers | Reason, spacing_mm: float) -> None:
-        self._new_figure = figure_class()
-        self._folder = folder
+        super().__init__(folder)
         self._barriers = barriers
         self._spacing_mm = spacing_mm
         self._readings: list[tuple[int, SizeReading]] = []
         self._counted: dict[int, list[tuple[int, float, float]]] = {number: [] for number in EXPERIMENTS}
-        folder.mkdir(parents=True, exist_ok=True)
 
     def add(self, frame: int, picture: NDArray[np.uint8], reading: SizeReading) -> None:
         """Add a frame, and size its picture by the four experiments of the dissertation.
@@ -91,7 +89,7 @@ class ConveyorPlots:
             axes.set(xlabel="frame", ylabel="diameter, mm", title=f"{panel} Experiment {numbers[0]}-{numbers[1]}")
             axes.grid(alpha=0.3)
             axes.legend(fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.13))  # clear of the frames
-        save_figure(figure, self._folder / "experiments.png")
+        self._save(figure, "experiments.png")
 
     def _experiment(self, axes: Any, number: int, aside: float, colour: str) -> None:
         if not self._counted[number]:
@@ -113,7 +111,7 @@ class ConveyorPlots:
         axes.set(xlabel="frame", ylabel="diameter, mm", title="Between barriers, frame by frame; red: no value")
         axes.grid(alpha=0.3)
         axes.legend(fontsize="small")
-        save_figure(figure, self._folder / "frames.png")
+        self._save(figure, "frames.png")
 
     def _served(self, axes: Any) -> None:
         valid = [(frame, one) for frame, one in self._readings if one.valid]

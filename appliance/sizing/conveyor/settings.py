@@ -1,6 +1,6 @@
 """Settings of the sizing station with one camera between barriers."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Self
 
@@ -73,6 +73,7 @@ class ConveyorLine(Section):
 class ConveyorSettings(SizingMethod):
     """The sizing station with one camera over a conveyor between barriers."""
 
+    scale_fault = "empty_line_unusable"
     method: Literal["conveyor"] = Field(description="One camera, not calibrated, over a conveyor between two barriers")
     camera: ConveyorCamera = Field(default_factory=MillThermal, description="Where pictures come from")
     conveyor: ConveyorLine = Field(description="What is known of the line")
@@ -86,9 +87,9 @@ class ConveyorSettings(SizingMethod):
         """The picture of the empty line; see `SizingMethod.scale_file`."""
         return self.conveyor.background
 
-    def with_scale_file(self, file: Path) -> Self:
-        """Copy the settings with another picture of the empty line; see `SizingMethod.with_scale_file`."""
-        return self.model_copy(update={"conveyor": self.conveyor.model_copy(update={"background": file})})
+    def with_scale_files(self, files: Mapping[str, Path]) -> Self:
+        """Copy the settings with another picture of the empty line; see `SizingMethod.with_scale_files`."""
+        return self.model_copy(update={"conveyor": self.conveyor.model_copy(update=dict(files))})
 
     def make_gauge(self, _on_usable: Callable[[], None], /) -> TimedReader:
         """Make the gauge from the empty line; see `SizingMethod.make_gauge`."""

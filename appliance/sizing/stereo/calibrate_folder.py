@@ -61,7 +61,7 @@ def calibrate_folder(
     finder = _Finder(board, told)
     pairs: dict[str, Pair] = {}
     for done, (name, sides) in enumerate(pictures.poses.items(), 1):
-        left, right = (finder.corners(sides.get(side)) for side in SIDES)
+        left, right = (finder.corners(sides.get(side), name) for side in SIDES)
         pairs[name] = left, right
         if progress is not None:
             progress(done, len(pictures.poses))
@@ -82,18 +82,22 @@ def calibrate_folder(
         raise CalibrationError([*finder.other_board(), *error.reasons, *pictures.notes], error.dropped) from error
     paths = pictures.poses
     left, right = (_marks(paths, pairs, side, told) for side in range(len(SIDES)))
-    chosen = _response(calibration.rig, board, finder.found, told)
+    chosen = _response(calibration.rig, board, paths, pairs, told)
     rig = replace(calibration.rig, marks=(left, right), response=chosen.response)
     warnings = (*calibration.warnings, *pictures.notes, *filter(None, [chosen.warning]))
     return replace(calibration, rig=rig, warnings=warnings, notes=tuple(filter(None, [chosen.filter])))
 
 
-def _response(rig: Rig, board: Board, found: Mapping[Path, np.ndarray], told: ToldCoding) -> ChosenResponse:
+def _response(
+    rig: Rig, board: Board, paths: Mapping[str, Mapping[str, Path]], pairs: Mapping[str, Pair], told: ToldCoding
+) -> ChosenResponse:
     """Response from the pictures in which the board was found, against what `board.json` tells."""
     edges = [
-        (board_edges(picture, rig.left if path.stem.startswith("left") else rig.right, corners, board), picture.coding)
-        for path, corners in found.items()
-        for picture in [read_picture(path, told)]
+        (board_edges(picture, camera, corners, board), picture.coding)
+        for name, pair in pairs.items()
+        for side, camera, corners in zip(SIDES, (rig.left, rig.right), pair, strict=True)
+        if corners is not None
+        for picture in [read_picture(paths[name][side], told)]
     ]
     return chosen_response(board.response, measure_response(edges))
 
@@ -121,12 +125,12 @@ class _Finder:
     def __init__(self, board: Board, told: ToldCoding) -> None:
         self._board = board
         self._told = told
-        self.found: dict[Path, np.ndarray] = {}
+        self._found = 0
         self._first: Path | None = None
         self.image_size = (0, 0)
         self.dropped: list[Dropped] = []
 
-    def corners(self, path: Path | None) -> np.ndarray | None:
+    def corners(self, path: Path | None, board: str) -> np.ndarray | None:
         if path is None:
             return None
         try:
@@ -136,16 +140,16 @@ class _Finder:
         self._check_size(path, picture.size)
         found = find_corners(picture, self._board)
         if found.corners_px is None:
-            self.dropped.append(Dropped(path.stem, found.reason))
-            if len(self.dropped) == FRUITLESS and not self.found and (other := self.other_board()):
+            self.dropped.append(Dropped(path.stem, found.reason, board))
+            if len(self.dropped) == FRUITLESS and not self._found and (other := self.other_board()):
                 raise CalibrationError(other)  # looking for what is not there takes seconds a picture
         else:
-            self.found[path] = found.corners_px
+            self._found += 1
         return found.corners_px
 
     def other_board(self) -> list[str]:
         """A sentence when the board was found in few pictures and they show another one; else nothing."""
-        if self._first is None or len(self.found) > len(self.dropped):
+        if self._first is None or self._found > len(self.dropped):
             return []
         picture = read_picture(self._first, self._told)
         long, short = self._board.squares

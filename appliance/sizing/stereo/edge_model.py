@@ -1,7 +1,6 @@
 """Reads an edge forest that `hotgauge train-edges` wrote."""
 
 from pathlib import Path
-from typing import ClassVar
 
 from appliance.sizing.method import ScaleError
 from vision.edges.forest.model import StructuredForest
@@ -10,7 +9,7 @@ from vision.edges.forest.model import StructuredForest
 class EdgeModelError(ScaleError):
     """A forest cannot be read; the message says which, why and what to do."""
 
-    fault: ClassVar[str] = "rig_unusable"
+    fault = "rig_unusable"
 
 
 def load_edge_model(path: Path) -> StructuredForest:

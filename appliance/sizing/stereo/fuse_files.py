@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from appliance.cameras.recording.picture_file import read_picture
 from appliance.errors import HotgaugeError
@@ -23,11 +22,11 @@ from vision.fusion.metrics import METRICS, PRINTED_METRICS
 from vision.fusion.multiscale import DEFAULT_SCALES, Approximation, Scales
 from vision.fusion.rules import Rule
 from vision.geometry.turned_region import whole_picture
+from vision.pictures import Picture, grey
 from vision.reasons import REASONS
 from vision.sent_picture import SentPicture
 from vision.sizing.virtual_board.gauge import VirtualBoardGauge
 
-Picture = NDArray[np.uint8]
 SUFFIXES = (".png", ".jpg", ".jpeg")
 
 
@@ -181,7 +180,7 @@ def metric_lines(pair: FusedPair, *, as_printed: bool = False) -> list[str]:
     as_printed : bool
         Add the three that are defined otherwise than the dissertation prints them, as it prints them.
     """
-    fused, left, right = (_grey(picture)[pair.common] for picture in (pair.picture, pair.left, pair.right))
+    fused, left, right = (grey(picture)[pair.common] for picture in (pair.picture, pair.left, pair.right))
     lines = [f"{'':8}{'left':>10}{'right':>10}{'fused':>10}  better"]
     for row in (*METRICS, *(PRINTED_METRICS if as_printed else ())):
         views = [f"{row.of_one(view):10.4f}" if row.of_one else f"{'-':>10}" for view in (left, right)]
@@ -223,7 +222,7 @@ def write_plots(folder: Path, pair: FusedPair) -> None:
     pair : FusedPair
     """
     folder.mkdir(parents=True, exist_ok=True)
-    left, right = _grey(pair.left), _grey(pair.right)
+    left, right = grey(pair.left), grey(pair.right)
     pictures = {
         "left": pair.left,
         "right_aligned": pair.right,
@@ -232,8 +231,3 @@ def write_plots(folder: Path, pair: FusedPair) -> None:
     }
     for name, picture in pictures.items():
         write_picture(folder / f"{name}.png", picture)
-
-
-def _grey(picture: Picture) -> Picture:
-    grey = picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
-    return np.asarray(grey, dtype=np.uint8)

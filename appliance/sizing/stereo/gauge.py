@@ -1,5 +1,6 @@
 """The stereo gauge with its computing time, which `vision` must not read, and error sentences for a wrong rig."""
 
+import io
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -12,9 +13,11 @@ from numpy.typing import NDArray
 
 from appliance.cameras.source import FramePair
 from appliance.processes.preview import Line, Lines
+from appliance.sizing.method import ScaleFile
 from appliance.sizing.stereo.edge_model import load_edge_model
 from appliance.sizing.stereo.rig_file import RigError, load_rig
 from vision.calibration.rig import Rig
+from vision.edges.forest.model import StructuredForest
 from vision.edges.names import EdgeMethod
 from vision.edges.operators import EdgeOptions
 from vision.fusion.names import Fusion
@@ -145,12 +148,29 @@ class TimedGauge(Generic[Reading_co]):
 
 
 class StationGauge(TimedGauge[SizeReading]):
-    """The gauge of a station: another process can go on where it was."""
+    """The gauge of a station: another process can make it again and go on where it was.
+
+    Parameters
+    ----------
+    rig, name, make
+        As for `TimedGauge`.
+    forest : StructuredForest or None
+        Of route V's edges; None: the shipped one.
+    """
+
+    def __init__(self, rig: Rig, name: str, make: Callable[[Rig], Gauge], forest: StructuredForest | None) -> None:
+        super().__init__(rig, name, make)
+        self._forest = forest
 
     @property
-    def scale_file(self) -> tuple[str, bytes]:
-        """Name and content of the rig file; see `TimedReader.scale_file`."""
-        return "rig.json", self._rig.to_json().encode()
+    def scale_files(self) -> Sequence[ScaleFile]:
+        """The rig file, and the forest where it is not the shipped one; see `TimedReader.scale_files`."""
+        rig = ScaleFile("rig", "rig.json", self._rig.to_json().encode())
+        if self._forest is None:
+            return (rig,)
+        content = io.BytesIO()
+        self._forest.save(content)
+        return rig, ScaleFile("edge_model", "edge_model.npz", content.getvalue())
 
     @property
     def carried(self) -> tuple[float, ...]:
@@ -211,7 +231,7 @@ def pair_gauge(rig: Rig, name: str, ovality_mm: float | None, route_v: RouteV = 
     forest = None if route_v.edge_model is None else load_edge_model(route_v.edge_model)
     edges = EdgeOptions(method=route_v.edges, forest=forest)
     make = partial(Gauge, ovality_mm=ovality_mm, edges=edges, fusion=route_v.fusion)
-    return StationGauge(rig, name, make)
+    return StationGauge(rig, name, make, forest)
 
 
 def _lines(camera: Camera, region_y_mm: tuple[float, float], reading: SizeReading) -> list[Line]:

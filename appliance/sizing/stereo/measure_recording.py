@@ -7,7 +7,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from appliance.cameras.recording.pairs import Recording
-from appliance.cameras.recording.time_stamps import read_stamps
+from appliance.cameras.recording.time_stamps import FrameMoments, read_stamps
 from appliance.cameras.source import together
 from appliance.files.atomic_file import whole_file
 from appliance.files.row_writer import row_writer
@@ -26,7 +26,6 @@ from vision.sizing.virtual_board.reading import VirtualBoardReading
 AnyGauge = TimedGauge[SizeReading | VirtualBoardReading]
 
 TANGENT = "tangent"
-FRAME_PERIOD_US = 40_000  # of a recording without time stamps; gaps between bars are told by it
 FRAMES_TRIED = 5  # with left and right exchanged, where no frame has a value
 
 
@@ -75,14 +74,15 @@ def measure_recording(
     with contextlib.closing(Recording(recording)) as frames, whole_file(output) as file:
         write = row_writer(output, file, COLUMNS)
         stamps = read_stamps(recording)
+        moments = FrameMoments(frames.numbers, stamps)
         for frame, left, right in tqdm(frames, unit="frame", disable=None):
             stamp = stamps.get(frame)
             synchronous = stamp is not None and stamp.stamped and together(stamp.left_us, stamp.right_us)
             measured, elapsed_ms = gauge.measure_bars(left, right, synchronous=synchronous)
-            moment_us = stamp.left_us if stamp else frame * FRAME_PERIOD_US
-            readings = passing.add([_size_reading(frame, one, gauge, drawing) for one in measured], moment_us / 1e6)
+            moment_s = moments.moment_s(frame)
+            readings = passing.add([_size_reading(frame, one, gauge, drawing) for one in measured], moment_s)
             for bar, reading in enumerate(readings):
-                values = rows.row(frame, reading, elapsed_ms, stamp and stamp.left_us, bar=bar)
+                values = rows.row(frame, reading, elapsed_ms, moment_s, time_us=stamp and stamp.left_us, bar=bar)
                 summary.add(reading, values["decision"])
                 if served is not None and reading.method == TANGENT:
                     served.add(frame, reading, values)

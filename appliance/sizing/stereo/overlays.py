@@ -7,22 +7,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.geometry.homography import solved, transformed
+from vision.pictures import Picture, grey
 from vision.sizing.virtual_board.aligned_pair import AlignedPair
 from vision.sizing.virtual_board.boundaries_of_interest import boundaries_of_interest, hot_mask
 from vision.sizing.virtual_board.reading import VirtualBoardReading
 
-Picture = NDArray[np.uint8]
 Array = NDArray[np.float64]
 Colour = tuple[int, int, int]  # blue, green, red
 
 EDGE_COLOUR: Colour = (60, 220, 60)
-BAND_COLOUR: Colour = (200, 80, 40)
 WINDOW_COLOUR: Colour = (255, 255, 255)
 DISCARDED_COLOUR: Colour = (40, 40, 255)
 POLYGON_COLOURS: tuple[Colour, Colour] = ((80, 80, 255), (255, 200, 60))  # P_l, P_r
 BOARD_COLOUR: Colour = (0, 220, 255)
 WINDOW_TICK_PX = 14  # length of the lines that part windows, on either side of the picture
-BAND_SHARE = 0.45  # of a band's colour in the picture
 
 
 def write_overlays(folder: Path, frame: int, pair: AlignedPair, reading: VirtualBoardReading) -> None:
@@ -50,7 +48,7 @@ def write_overlays(folder: Path, frame: int, pair: AlignedPair, reading: Virtual
 
 
 def boundaries(pair: AlignedPair, reading: VirtualBoardReading) -> Picture:
-    """Left region with its boundaries of interest, the bar's edge points, and its windows; discarded ones in red.
+    """Left region with the edge points that route V found, and its windows; discarded ones in red.
 
     Parameters
     ----------
@@ -62,10 +60,6 @@ def boundaries(pair: AlignedPair, reading: VirtualBoardReading) -> Picture:
     ndarray of uint8, shape (rows, columns, 3)
     """
     shown = _colour(pair.alignment.left.picture)
-    region = pair.alignment.left.picture
-    found = boundaries_of_interest(region, hot_mask(region), "forest")
-    band = found.band > 0
-    shown[band] = (1 - BAND_SHARE) * shown[band] + BAND_SHARE * np.array(BAND_COLOUR)
     for side in pair.edges[0].sides:
         there = np.isfinite(side.column)
         rows, columns = np.rint(side.row[there]).astype(int), np.rint(side.column[there]).astype(int)
@@ -94,7 +88,7 @@ def two_colours(pair: AlignedPair) -> Picture:
     ndarray of uint8, shape (rows, columns, 3)
     """
     alignment, height_mm = pair.alignment, pair.height.height_mm
-    left, right = (_grey(picture) for picture in (alignment.left.picture, alignment.right_on_left(height_mm)))
+    left, right = (grey(picture) for picture in (alignment.left.picture, alignment.right_on_left(height_mm)))
     shown = np.dstack([right, right, left])
     outlines = pair.outline, pair.edges[-1].outline
     transforms = np.eye(3), alignment.right_to_left(height_mm)
@@ -120,7 +114,7 @@ def edges_of_views(left: Picture, fused: Picture) -> Picture:
     ndarray of uint8, shape (rows, columns, 3)
     """
     alone, together = (boundaries_of_interest(one, hot_mask(one), "forest").band for one in (left, fused))
-    shown = _colour(_grey(left)) // 3
+    shown = _colour(grey(left)) // 3
     shown[..., 1] = np.maximum(shown[..., 1], 255 * together)
     shown[..., 2] = np.maximum(shown[..., 2], 255 * alone)
     return shown
@@ -128,10 +122,6 @@ def edges_of_views(left: Picture, fused: Picture) -> Picture:
 
 def _polygon(picture: Picture, points: Array, colour: Colour) -> None:
     cv2.polylines(picture, [np.rint(points).astype(np.int32)], isClosed=True, color=colour)
-
-
-def _grey(picture: Picture) -> Picture:
-    return picture if picture.ndim == 2 else np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.uint8)
 
 
 def _colour(picture: Picture) -> Picture:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from appliance.sizing.figures import figure_class, mark_frames, save_figure
+from appliance.sizing.figures import PlotFolder, mark_frames
 from appliance.sizing.stereo.overlays import write_overlays
 from vision.sizing.virtual_board.aligned_pair import AlignedPair
 from vision.sizing.virtual_board.reading import VirtualBoardReading
@@ -15,28 +15,13 @@ OVERLAY_FRAMES = 8  # chosen: frames, the first with windows, whose pictures are
 WINDOW_PLOTS = 8  # chosen: frames, spread over the recording, whose windows are drawn
 
 
-class Plots:
-    """Collects readings, and draws them in `write`.
-
-    Parameters
-    ----------
-    folder : Path
-        Made if it is missing.
-
-    Raises
-    ------
-    PlotsMissingError
-        Matplotlib is not installed.
-    OSError
-        The folder cannot be made.
-    """
+class Plots(PlotFolder):
+    """Collects readings, and draws them in `write`; parameters and errors as of `PlotFolder`."""
 
     def __init__(self, folder: Path) -> None:
-        self._new_figure = figure_class()
-        self._folder = folder
+        super().__init__(folder)
         self._readings: list[tuple[int, VirtualBoardReading]] = []
         self._overlays = 0
-        folder.mkdir(parents=True, exist_ok=True)
 
     def add(self, frame: int, reading: VirtualBoardReading, pair: AlignedPair | None = None) -> None:
         """Add a frame's reading; of the first frames with windows, what was seen is drawn over the pictures at once.
@@ -88,7 +73,7 @@ class Plots:
         axes.set_title(f"frame {frame}: {reading.diameter_mm:.2f} mm, Sigma {reading.weighted_deviation_mm:.3f} mm")
         handles = [*axes.get_legend_handles_labels()[0], *trust.get_legend_handles_labels()[0]]
         axes.legend(handles=handles, loc="best", fontsize="small")
-        save_figure(figure, self._folder / f"windows_{frame:06d}.png")
+        self._save(figure, f"windows_{frame:06d}.png")
 
     def _frames(self) -> None:
         """Diameter per frame with one standard deviation of its windows, like figure 3.29."""
@@ -102,7 +87,7 @@ class Plots:
         axes.set(xlabel="frame", ylabel="diameter, mm", title="Route V, frame by frame; red: no value")
         axes.grid(alpha=0.3)
         axes.legend(fontsize="small")
-        save_figure(figure, self._folder / "frames.png")
+        self._save(figure, "frames.png")
 
     def _alignment(self) -> None:
         """Q_R and the board's height over frames, like figures 4.8 and 4.9."""
@@ -115,7 +100,7 @@ class Plots:
         height.set(xlabel="frame", ylabel="height of the board, mm")
         for axes in (quality, height):
             axes.grid(alpha=0.3)
-        save_figure(figure, self._folder / "alignment.png")
+        self._save(figure, "alignment.png")
 
 
 def _spread_mm(reading: VirtualBoardReading) -> float:

@@ -7,12 +7,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from appliance.cameras.recording.names import PICTURE_SUFFIXES
-from vision.calibration.acceptance import CalibrationError
+from vision.calibration.acceptance import CalibrationError, some_names
 from vision.calibration.checkerboard import Board
 from vision.calibration.rig import SIDES
 
 REGISTRATION_POSES = ("low", "high")
-NAMES_SHOWN = 3  # of files that a note is about
 
 
 class RigPictures(NamedTuple):
@@ -85,18 +84,15 @@ def _files(folder: Path) -> list[Path]:
 def _alone(poses: Mapping[str, Mapping[str, Path]]) -> list[str]:
     names = [next(iter(sides.values())).name for sides in poses.values() if len(sides) == 1]
     return (
-        [f"{_some(names)}: no picture of the other camera has this number; they help their own alone"] if names else []
+        [f"{some_names(names)}: no picture of the other camera has this number; they help their own alone"]
+        if names
+        else []
     )
 
 
 def _unused(files: list[Path]) -> list[str]:
     names = [path.name for path in files]
-    return [f"{_some(names)}: not used, since the name is not a side and a number as in left_00"] if names else []
-
-
-def _some(names: list[str]) -> str:
-    more = [f"{len(names) - NAMES_SHOWN} more"] if len(names) > NAMES_SHOWN else []
-    return ", ".join([*names[:NAMES_SHOWN], *more])
+    return [f"{some_names(names)}: not used, since the name is not a side and a number as in left_00"] if names else []
 
 
 def read_board(path: Path, overrides: Mapping[str, object]) -> Board:

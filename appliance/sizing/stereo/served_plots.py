@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from appliance.files.row_writer import Row
-from appliance.sizing.figures import figure_class, mark_frames, save_figure
+from appliance.sizing.figures import PlotFolder, mark_frames
 from vision.readings import SizeReading
 
 # Okabe and Ito's colours, told apart without red and green, and a mark for each decision
@@ -26,27 +26,12 @@ PARTS = {
 }
 
 
-class ServedPlots:
-    """Collects readings, and draws them in `write`.
-
-    Parameters
-    ----------
-    folder : Path
-        Made if it is missing.
-
-    Raises
-    ------
-    PlotsMissingError
-        Matplotlib is not installed.
-    OSError
-        The folder cannot be made.
-    """
+class ServedPlots(PlotFolder):
+    """Collects readings, and draws them in `write`; parameters and errors as of `PlotFolder`."""
 
     def __init__(self, folder: Path) -> None:
-        self._new_figure = figure_class()
-        self._folder = folder
+        super().__init__(folder)
         self._readings: list[tuple[int, SizeReading, Row]] = []
-        folder.mkdir(parents=True, exist_ok=True)
 
     def add(self, frame: int, reading: SizeReading, row: Row) -> None:
         """Add a frame's reading.
@@ -111,4 +96,4 @@ class ServedPlots:
         if without:
             axes.plot([], [], "|", color="tab:red", label="no value")
         axes.legend(fontsize="small", loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2, frameon=False)
-        save_figure(figure, self._folder / name)
+        self._save(figure, name)

@@ -1,6 +1,6 @@
 """Settings of the sizing station with two calibrated cameras."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Self
 
@@ -23,11 +23,16 @@ if TYPE_CHECKING:
     from appliance.sizing.stereo.gauge import RouteV
 
 NO_RIG_SENTENCE = "sizing.rig is not set; make a rig file with `hotgauge calibrate` and set it"
+NO_OVALITY_SENTENCE = (
+    "sizing.ovality_mm is not set: 0.6 % of the diameter counts in U, and trust may stay low; set what the product "
+    "may have"
+)
 
 
 class SizingSettings(SizingMethod):
     """The sizing station with two cameras."""
 
+    scale_fault = "rig_unusable"
     method: Literal["tangent"] = Field(
         default="tangent", description="Two calibrated cameras; the method without this key"
     )
@@ -65,11 +70,10 @@ class SizingSettings(SizingMethod):
         """The rig file; see `SizingMethod.scale_file`."""
         return self.rig
 
-    def with_scale_file(self, file: Path) -> Self:
-        """Copy the settings with another rig file; see `SizingMethod.with_scale_file`."""
-        if self.rig is not None:
-            return self.model_copy(update={"rig": file})
-        return self.model_copy(update={"rig": file, "ovality_mm": self._own_ovality_mm})
+    def with_scale_files(self, files: Mapping[str, Path]) -> Self:
+        """Copy the settings with another rig file and another forest; see `SizingMethod.with_scale_files`."""
+        ovality_mm = self._own_ovality_mm if self.rig is None else self.ovality_mm
+        return self.model_copy(update={"ovality_mm": ovality_mm, **files})
 
     def make_source(self) -> "PairSource":
         """Make the source of image pairs; see `SizingMethod.make_source`."""
@@ -111,6 +115,8 @@ class SizingSettings(SizingMethod):
             rig_file_gauge(self.rig, self.ovality_mm, self._route_v)
         except ScaleError as error:
             return ScaleCheck("rig", "BAD", str(error))
+        if self.ovality_mm is None:
+            return ScaleCheck("rig", "note", f"{self.rig}; {NO_OVALITY_SENTENCE}")
         return ScaleCheck("rig", "good", str(self.rig))
 
     def check_pictures(self, pictures: "Sequence[NDArray[np.uint8]]") -> None:

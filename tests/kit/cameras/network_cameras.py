@@ -89,7 +89,7 @@ def line_to(port):
 
 @contextlib.contextmanager
 def silent_camera(port=0):
-    """Port that accepts connections and never answers."""
+    """Port that accepts connections and never answers; older ones than the newest hundred are closed."""
     with socket.create_server(("127.0.0.1", port)) as listener:
         held = []
 
@@ -97,6 +97,8 @@ def silent_camera(port=0):
             with contextlib.suppress(OSError):
                 while True:
                     held.append(listener.accept()[0])
+                    if len(held) > 100:
+                        held.pop(0).close()
 
         threading.Thread(target=accept, daemon=True).start()
         yield listener.getsockname()[1]

@@ -57,7 +57,7 @@ class Gauge:
         self.users = Users(folder / "users.json")
         self.users.file.write_bytes(_users())
         self.logins = Logins(12.0, 30.0)
-        self.commissioning = Commissioning(folder / "commissioning", folder / "rig.json", None)
+        self.commissioning = Commissioning(folder / "commissioning", folder / "rig.json", None, lambda _: "")
         self.parts = Parts(self.watch, self.users, self.logins, Previews(folder), None, self.commissioning)
         self.say()
 

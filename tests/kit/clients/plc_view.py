@@ -4,7 +4,7 @@ import struct
 import time
 from collections.abc import Callable
 
-from modbus_wire import Wire, read
+from modbus_wire import Wire, read, write_coils
 
 from plc.process_image import decode, decode_discretes
 from plc.registers import DISCRETES, MEASUREMENTS
@@ -21,6 +21,12 @@ def look(wire: Wire) -> Values:
 def look_at_bits(wire: Wire) -> dict[str, bool]:
     answer = wire.ask(read(2, DISCRETES.start, len(DISCRETES)))[2:]
     return decode_discretes([bool(answer[bit // 8] >> bit % 8 & 1) for bit in range(len(DISCRETES))])
+
+
+def acknowledge(wire: Wire) -> None:
+    """Acknowledge all alarms: coil 32 to 1 and back to 0."""
+    assert wire.ask(write_coils(32, True))[0] == 15
+    assert wire.ask(write_coils(32, False))[0] == 15
 
 
 def wait_for(wire: Wire, wanted: Callable[[Values], bool], within_s: float) -> Values:

@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import random
 import socket
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from typing import IO
 from modbus_wire import Wire
 
 HOTGAUGE = Path(sys.executable).with_name("hotgauge")
+PORTS = (10_000, 32_768)  # below those that Linux gives to outgoing connections
 
 
 class Appliance:
@@ -48,10 +50,12 @@ def _runs(pid: int, module: str) -> bool:
 
 
 def free_port() -> int:
-    """A TCP port of this machine on which nobody listens."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
+    """A TCP port of this machine on which nobody listens, and which no outgoing connection gets by itself."""
+    while True:
+        port = random.SystemRandom().randrange(*PORTS)
+        with socket.socket() as probe, contextlib.suppress(OSError):
+            probe.bind(("127.0.0.1", port))
+            return port
 
 
 def is_running(pid: int) -> bool:

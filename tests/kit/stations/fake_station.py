@@ -1,5 +1,7 @@
 """A measuring process without cameras: does what the file named by FAKE_STATION says, twenty times a second."""
 
+import hashlib
+import json
 import os
 import select
 import signal
@@ -16,17 +18,19 @@ from appliance.processes.message import StateMessage
 
 def main() -> None:
     connection = socket.socket(fileno=int(sys.argv[1]))
-    connection.makefile("rb").readline()
+    settings = json.loads(connection.makefile("rb").readline())
+    rig = Path(settings["rig"]).read_bytes() if settings.get("rig") else b""  # once, as a station reads it
+    scale_sha256 = hashlib.sha256(rig).hexdigest() if rig else ""
     link = StationLink(connection)
     sequence = 0
     while True:
         sequence += 1
-        act(Path(os.environ["FAKE_STATION"]).read_text(encoding="utf-8"), link, connection, sequence)
+        act(Path(os.environ["FAKE_STATION"]).read_text(encoding="utf-8"), link, connection, sequence, scale_sha256)
         if select.select([connection], [], [], 0.05)[0] and not connection.recv(1):
             return
 
 
-def act(mode: str, link: StationLink, connection: socket.socket, sequence: int) -> None:
+def act(mode: str, link: StationLink, connection: socket.socket, sequence: int, scale_sha256: str) -> None:
     if mode == "measure":
         link.send(
             reading(
@@ -34,6 +38,7 @@ def act(mode: str, link: StationLink, connection: socket.socket, sequence: int) 
                 exposed_monotonic_s=time.monotonic() - 0.02,
                 exposed_utc_ms=round(1000 * time.time()),
                 diameter_mm=200 + sequence % 50,
+                scale_sha256=scale_sha256,
             )
         )
     elif mode == "break off":

@@ -68,7 +68,7 @@ class ToldCamera:
 
 
 class ToldGauge:
-    scale_file = None
+    scale_files = ()
     carried = ()
 
     def warm_up(self) -> None:

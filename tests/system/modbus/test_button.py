@@ -1,36 +1,14 @@
 """A person with a button before the gauge: reads and acknowledges, plain and by TLS, as far as it may."""
 
 import pytest
-from modbus_wire import LIVE, served
+from modbus_wire import LIVE
 
+from appliance.cli.main import main
 from plc.client import WriteRefusedError, press
 from plc.poll import Place, PollError, connect, scan
-from plc.process_image import encode
 from plc.security.certificates import Authority
 from plc.security.identity import TlsFiles
 from plc.security.roles import Role
-from plc.security.secure_port import SecurePort
-from plc.server import ModbusServer
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("certificates")
-    authority = Authority.make()
-    authority.save(folder)
-    authority.server(folder, ["127.0.0.1"])
-    for role in Role:
-        authority.client(folder, role, role)
-    return folder
-
-
-@pytest.fixture
-def secure_server(folder, written):
-    files = TlsFiles(folder / "server.pem", folder / "server.key", folder / "authority.pem")
-    server = ModbusServer("127.0.0.1", 0, writes="tls", secure=SecurePort(0, files), on_write=written)
-    server.publish(encode(LIVE))
-    with served(server):
-        yield server
 
 
 def place(server, folder, name) -> Place:
@@ -71,3 +49,17 @@ def test_certificates_that_do_not_fit_or_are_missing_are_one_sentence(secure_ser
     ):
         with pytest.raises(PollError, match="and the certificates"):
             press(Place("127.0.0.1", whole.port, tls=files), "acknowledge")
+
+
+def test_a_poll_without_a_certificate_of_the_gauges_authority_is_one_sentence(secure_server, folder, tmp_path, capsys):
+    port = secure_server._secure.port
+    assert main(["poll", "127.0.0.1", "--port", str(port), "--count", "1"]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert f"127.0.0.1:{port}: connection lost; check that the gauge runs, that the port is the plain one" in said
+    assert "Modbus Error" not in said
+    stranger = Authority.make()
+    stranger.client(tmp_path, "stranger", Role.OPERATOR)
+    files = TlsFiles(tmp_path / "client-stranger.pem", tmp_path / "client-stranger.key", folder / "authority.pem")
+    with pytest.raises(PollError, match=r"connection lost; .*, or the certificate$"):
+        press(Place("127.0.0.1", port, tls=files), "acknowledge")

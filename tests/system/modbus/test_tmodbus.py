@@ -5,37 +5,12 @@ import ssl
 import struct
 
 import pytest
-from modbus_wire import LIVE, served
+from modbus_wire import LIVE
 from tls_wire import context
 
 from plc.process_image import encode
-from plc.security.certificates import Authority
-from plc.security.identity import TlsFiles
-from plc.security.roles import Role
-from plc.security.secure_port import SecurePort
-from plc.server import ModbusServer
 
 tmodbus = pytest.importorskip("tmodbus", reason="tModbus is installed from Python 3.12 on")
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("certificates")
-    authority = Authority.make()
-    authority.save(folder)
-    authority.server(folder, ["127.0.0.1"])
-    for role in Role:
-        authority.client(folder, role, role)
-    return folder
-
-
-@pytest.fixture
-def secure_server(folder, written):
-    files = TlsFiles(folder / "server.pem", folder / "server.key", folder / "authority.pem")
-    server = ModbusServer("127.0.0.1", 0, writes="tls", secure=SecurePort(0, files), on_write=written)
-    server.publish(encode(LIVE))
-    with served(server):
-        yield server
 
 
 def asked(port: int, questions, certificate: ssl.SSLContext | None = None):

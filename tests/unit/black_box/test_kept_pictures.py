@@ -65,6 +65,14 @@ def test_memory_holds_no_more_than_its_bytes_whatever_the_seconds():
     assert [one.exposed.sequence for one in memory.all()] == list(range(40, 50))
 
 
+@pytest.mark.parametrize("again", [1, 3])
+def test_one_exposure_that_is_larger_than_the_memory_is_not_kept_and_stops_nobody(again):
+    memory = PictureMemory(1000.0, PAIR_BYTES - 1)
+    for number in range(again):
+        memory.add(kept(pair(number)))
+    assert not memory.all()
+
+
 def test_pictures_that_are_measured_in_other_codes_than_shown_count_twice_against_the_memory():
     luma = sent_picture(colour()[:, :, 0].copy(), Coding("luma"), colour())
     plain = SentPicture.of(colour())
@@ -271,6 +279,33 @@ def test_a_write_that_breaks_off_leaves_nothing_half_written(boxes, tmp_path, mo
     box.keep("request")
     assert eventually(lambda: "Input/output error" in box.trouble, 5)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_box_that_may_not_lower_its_priority_writes_all_the_same(boxes, tmp_path, monkeypatch):
+    def refuses(*_: int) -> None:
+        raise PermissionError(errno.EPERM, "Operation not permitted")
+
+    monkeypatch.setattr(box_module.os, "setpriority", refuses)
+    box = boxes(tmp_path)
+    fill(box)
+    box.keep("request")
+    assert eventually(lambda: recordings(tmp_path), 5)
+
+
+def test_a_mistake_while_writing_is_told_and_the_next_cause_is_written(boxes, tmp_path):
+    box = boxes(tmp_path)
+
+    def rows() -> list[dict]:
+        raise KeyError("diameter_mm")
+
+    box.add(pair(0, time.monotonic()), rows)
+    box.keep("request")
+    assert eventually(lambda: "KeyError('diameter_mm')" in box.trouble, 5)
+    assert not list(tmp_path.iterdir())
+    box._memory = PictureMemory(5.0, 1 << 30)
+    fill(box)
+    box.keep("alarm_camera")
+    assert eventually(lambda: not box.trouble and recordings(tmp_path), 5)
 
 
 def test_without_a_directory_nothing_is_kept_in_memory_and_no_thread_runs(boxes):

@@ -9,6 +9,7 @@ import pytest
 from appliance.cameras.pacing import Pacer
 from appliance.cameras.recording.pairs import Recording, RecordingSource
 from appliance.cameras.recording.picture_file import read_picture
+from appliance.cameras.recording.time_stamps import FrameMoments, Stamps
 from appliance.cameras.source import CameraError, EndOfRecording
 
 SIZE = (48, 64)
@@ -160,6 +161,28 @@ def test_device_time_comes_from_the_table_and_goes_on_in_the_next_lap(tmp_path):
     with RecordingSource(tmp_path, rate_hz=0, loop=True) as source:
         stamps = [(pair.left_us, pair.right_us) for pair in (source.next(0.0) for _ in range(5))]
     assert stamps == [(1000, 1010), (2000, 2011), (3000, 3012), (4000, 4010), (5000, 5011)]
+
+
+@pytest.mark.parametrize(
+    "numbers",
+    [range(5), [0, 10, 20, 30, 40], [1_764_000_000_000_000 + 33_333 * frame for frame in range(5)]],
+    ids=["each", "every tenth", "dates in microseconds"],
+)
+def test_frames_without_time_stamps_follow_each_other_at_25_a_second(numbers):
+    moments = FrameMoments(numbers)
+    assert [moments.moment_s(number) for number in numbers] == pytest.approx([0.0, 0.04, 0.08, 0.12, 0.16])
+
+
+def test_numbers_that_jump_leave_as_much_time_as_frames_are_missing():
+    moments = FrameMoments([0, 1, 2, 102])
+    assert [moments.moment_s(number) for number in (0, 1, 2, 102)] == pytest.approx([0.0, 0.04, 0.08, 4.08])
+
+
+def test_a_frame_without_a_time_stamp_among_others_follows_the_frame_before():
+    moments = FrameMoments(
+        range(4), {number: Stamps(9_000_000 + 40_000 * number, 0, stamped=True) for number in (0, 1, 3)}
+    )
+    assert [moments.moment_s(number) for number in range(4)] == pytest.approx([9.0, 9.04, 9.08, 9.12])
 
 
 @pytest.mark.parametrize(

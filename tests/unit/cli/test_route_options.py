@@ -92,3 +92,13 @@ def test_what_does_not_belong_together_is_one_sentence(capsys, words, said):
     error = capsys.readouterr().err
     assert said in error
     assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("words", [["--edges", "sobel"], ["--edge-model", "own.npz"], ["--as-printed"]])
+def test_options_that_a_recording_with_its_own_settings_would_ignore_are_refused(words, tmp_path, capsys):
+    for name in ("settings.json", "black_box.json"):
+        (tmp_path / name).write_text("{}")
+    (tmp_path / "own.npz").touch()
+    given = ["measure", str(tmp_path), "--method", "virtual-board", "--output", str(tmp_path / "again.csv"), *words]
+    assert main(given) == 2
+    assert f"{words[0]}: {tmp_path} is measured with its own settings" in capsys.readouterr().err

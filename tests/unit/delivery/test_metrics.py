@@ -12,7 +12,7 @@ from running import free_port
 
 from appliance.delivery.alert_rules import alert_rules, rules_file
 from appliance.delivery.message import FiguresLine
-from appliance.delivery.metrics import FIGURES, Metrics
+from appliance.delivery.metrics import ALARM_NAME, FAULT_NAME, FIGURES, FIGURES_AGE_MAX_S, Metrics
 from appliance.delivery.settings import MetricsSettings
 from appliance.diagnostics.alarms import ALARMS
 from appliance.diagnostics.fault_table import FAULTS
@@ -74,6 +74,27 @@ def test_every_fault_and_alarm_is_told_active_or_not():
     }
 
 
+def test_figures_older_than_five_seconds_have_no_sample_and_come_back_with_the_next():
+    now_s = [100.0]
+    metrics = Metrics(MetricsSettings(), lambda: now_s[0])
+    metrics.update(figures(diameter=250.0))
+
+    def told() -> set[str]:
+        return {family.name for family in metrics.collect() if family.samples}
+
+    now_s[0] += FIGURES_AGE_MAX_S
+    assert {"hotgauge_diameter_mm", FAULT_NAME, ALARM_NAME} <= told()
+    now_s[0] += 0.1
+    assert told() == {"hotgauge", "hotgauge_mqtt_waiting", "hotgauge_mqtt_dropped", "hotgauge_rows_dropped"}
+    metrics.update(figures(diameter=250.1))
+    assert "hotgauge_diameter_mm" in told()
+
+
+def test_rows_that_the_supervisor_gave_up_are_counted():
+    with served(figures().model_copy(update={"rows_dropped": 12})) as text:
+        assert samples(text)["hotgauge_rows_dropped_total"] == 12
+
+
 def test_before_the_first_figures_only_the_process_itself_is_told():
     with served(None) as text:
         assert not [name for name in samples(text) if "diameter" in name or "fault" in name]
@@ -112,12 +133,15 @@ def series(rule) -> str:
     return rule.expression.removesuffix(" == 1")
 
 
+HEARTBEAT = 'hotgauge_heartbeat{job="hotgauge"}'
+
+
 def unit_tests() -> dict:
     """For promtool: each rule fires on its own series alone, and none on a gauge without trouble."""
-    beat = {"series": "hotgauge_heartbeat", "values": "0+100x20"}
-    up = {"series": 'up{job="hotgauge"}', "values": "1+0x20"}
+    beat = {"series": HEARTBEAT, "values": "0+100x40"}
+    up = {"series": 'up{job="hotgauge"}', "values": "1+0x40"}
     told = [rule for rule in alert_rules() if rule.expression.endswith("== 1")]
-    quiet = [{"series": series(rule), "values": "0+0x20"} for rule in told]
+    quiet = [{"series": series(rule), "values": "0+0x40"} for rule in told]
 
     def test(firing: str, *changed: dict) -> dict:
         names = {one["series"] for one in changed}
@@ -126,23 +150,25 @@ def unit_tests() -> dict:
             "interval": "15s",
             "input_series": inputs,
             "alert_rule_test": [
-                {"eval_time": "4m", "alertname": rule.name, "exp_alerts": [fired(rule)] if rule.name == firing else []}
+                {"eval_time": "8m", "alertname": rule.name, "exp_alerts": [fired(rule)] if rule.name == firing else []}
                 for rule in alert_rules()
             ],
         }
 
     def fired(rule) -> dict:
         selector = series(rule)
-        labels = {"severity": rule.severity}
+        labels = {"severity": rule.severity} | ({"job": "hotgauge"} if rule.name == "HotgaugeStandsStill" else {})
         if "{" in selector:
             name, value = selector[selector.index("{") + 1 : selector.index("}")].split("=")
             labels[name] = value.strip('"')
         return {"exp_labels": labels, "exp_annotations": {"summary": rule.text, "description": rule.remedy}}
 
     cases = [test("nothing")]
-    cases += [test(rule.name, {"series": series(rule), "values": "1+0x20"}) for rule in told]
-    cases.append(test("HotgaugeStandsStill", {"series": "hotgauge_heartbeat", "values": "7+0x20"}))
-    cases.append(test("HotgaugeAway", {"series": 'up{job="hotgauge"}', "values": "0+0x20"}))
+    cases += [test(rule.name, {"series": series(rule), "values": "1+0x40"}) for rule in told]
+    cases.append(test("HotgaugeStandsStill", {"series": HEARTBEAT, "values": "7+0x40"}))
+    cases.append(test("HotgaugeStandsStill", {"series": HEARTBEAT, "values": "0+100x6 stale _x34"}))
+    cases.append(test("nothing", {"series": HEARTBEAT, "values": "0 _x3 600 _x3 1200 _x3 1800 _x3 2400 _x3 " * 2}))
+    cases.append(test("HotgaugeAway", {"series": 'up{job="hotgauge"}', "values": "0+0x40"}))
     return {"rule_files": ["rules.yml"], "evaluation_interval": "15s", "tests": cases}
 
 

@@ -214,6 +214,16 @@ def test_rows_that_are_too_old_are_deleted_and_no_others(tmp_path):
     connection.close()
 
 
+def test_verifications_outlast_the_days_of_other_rows(tmp_path):
+    connection = database.open_to_write(tmp_path / database.FILE_NAME)
+    database.write(connection, [reading(0), Row("verifications", {"checked_utc_ms": RUN, "recording": "master"})])
+    while database.thin(connection, RUN + 11_000, 10**9):
+        pass
+    assert connection.execute("SELECT count(*) FROM readings").fetchone() == (0,)
+    assert connection.execute("SELECT count(*) FROM verifications").fetchone() == (1,)
+    connection.close()
+
+
 def test_the_file_stays_below_its_limit_and_bars_outlast_readings(tmp_path):
     file = tmp_path / database.FILE_NAME
     connection = database.open_to_write(file)

@@ -1,6 +1,7 @@
 """What the history keeps of readings, bars, ingots, alarms, faults and writes."""
 
 import statistics
+from pathlib import Path
 
 import pytest
 from messages import reading, verdict
@@ -13,6 +14,9 @@ from plc.security.roles import Client, Role
 from vision.reasons import Reason
 
 RUN = 1_700_000_000_000
+
+
+DECIDED = {"date": "2026-11-28", "reason": "master 250.00", "who": "A. Smith", "calibration_sha256": "5e" * 32}
 
 
 class Kept:
@@ -227,11 +231,44 @@ def test_the_still_marks_of_a_day_are_one_row_that_grows_and_the_next_day_has_it
     assert (kept.of("mark_checks")[-1]["day_utc_ms"], kept.of("mark_checks")[-1]["mean_px"]) == (1_700_092_800_000, 0.4)
 
 
+def test_what_the_still_marks_showed_in_a_days_last_hour_is_kept_at_midnight():
+    kept = Kept()
+    kept.now_s = 1_700_092_800.0 - 151.0
+    for _ in range(150):
+        kept.read(marks_moved_px=0.2, after_s=1.0)
+    assert kept.of("mark_checks")[-1]["readings"] == 100
+    kept.read(marks_moved_px=0.4, after_s=2.0)
+    row = kept.of("mark_checks")[-1]
+    assert (row["readings"], row["day_utc_ms"], row["largest_px"]) == (150, 1_700_006_400_000, 0.2)
+    kept.recorder.end_day()
+    assert kept.of("mark_checks")[-1] == row  # one reading of the next day is no day
+
+
+def test_a_calibration_is_a_row_when_its_content_is_another():
+    kept = Kept()
+    for sha256 in ("", "one", "one", "two"):
+        kept.recorder.set_calibration(Path("rig.json"), sha256)
+    assert [(row["file"], row["sha256"]) for row in kept.of("calibrations")] == [
+        ("rig.json", "one"),
+        ("rig.json", "two"),
+    ]
+    assert kept.recorder.calibration == "two"
+
+
+def test_a_known_error_that_stays_is_one_row_however_often_settings_are_read():
+    kept = Kept()
+    known = Adjustment(added_mm=-0.1, expanded_mm=0.02, **DECIDED)
+    for _ in range(3):
+        kept.recorder.set_adjustment(known)
+    kept.recorder.set_adjustment(known.model_copy(update={"who": "B. Jones"}))
+    assert [row["who"] for row in kept.of("adjustments")] == ["A. Smith", "B. Jones"]
+
+
 def test_a_known_error_that_is_taken_off_is_a_row_and_so_is_its_end_but_none_is_none():
     kept = Kept()
     kept.recorder.set_adjustment(Adjustment())
     assert kept.of("adjustments") == []
-    known = Adjustment(added_mm=-0.1, expanded_mm=0.02, date="2026-11-28", reason="master 250.00", who="A. Smith")
+    known = Adjustment(added_mm=-0.1, expanded_mm=0.02, **DECIDED)
     kept.recorder.set_adjustment(known)
     kept.recorder.set_adjustment(Adjustment())
     assert [(row["added_mm"], row["who"]) for row in kept.of("adjustments")] == [(-0.1, "A. Smith"), (0.0, "")]

@@ -1,10 +1,18 @@
 """The page as a browser asks it: who gets what, and what an attacker gets."""
 
+import asyncio
+import contextlib
+import dataclasses
+import tempfile
+from pathlib import Path
+
 import pytest
 from page_client import PASSWORD, Gauge, client_of, log_in
 
+from appliance.history import database
 from appliance.page.access.attempts import FAILURES_MAX
 from appliance.page.access.guards import BODY_MAX_BYTES
+from appliance.page.application import PassingFile
 from plc.client import WriteRefusedError
 from plc.security.roles import Role
 
@@ -228,3 +236,38 @@ def test_no_view_shows_a_secret(gauge):
         text = client.get(view).text
         assert client.secret not in text
         assert "argon2" not in text
+
+
+@pytest.fixture
+def temporary(tmp_path, monkeypatch) -> Path:
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    return folder
+
+
+def test_a_table_that_was_fetched_or_cannot_be_made_leaves_no_file(gauge, tmp_path, temporary):
+    gauge.parts = dataclasses.replace(gauge.parts, history=tmp_path)
+    with contextlib.closing(database.open_to_write(tmp_path / database.FILE_NAME)):
+        pass
+    client = log_in(client_of(gauge), Role.VIEWER)
+    assert client.get("/history/bars.csv").text.startswith("started_utc")
+    (tmp_path / database.FILE_NAME).write_bytes(b"rubbish " * 1000)
+    assert client.get("/history/bars.csv").status_code == 500
+    assert not list(temporary.iterdir())
+
+
+def test_a_file_whose_reader_has_gone_is_deleted(temporary):
+    file = Path(tempfile.mkdtemp()) / "bars.csv"
+    file.write_text("started_utc\n")
+
+    async def says_nothing() -> None:
+        await asyncio.Event().wait()
+
+    async def gone(_: object) -> None:
+        raise OSError("gone")
+
+    scope = {"type": "http", "method": "GET", "headers": []}
+    with pytest.raises(OSError, match="gone"):
+        asyncio.run(PassingFile(file, filename=file.name)(scope, says_nothing, gone))
+    assert not list(temporary.iterdir())

@@ -5,7 +5,9 @@ import math
 import pytest
 
 from appliance.cli import main as cli
-from appliance.planning.expected import check_view, expected, true_rig
+from appliance.planning import expected as planned
+from appliance.planning.drawing import mounting_figure
+from appliance.planning.expected import PARTS, Expected, check_view, expected, true_rig
 from appliance.planning.mounting import Mounting
 
 MILL = Mounting(800, 600, 4.8, 9.6, 8.0, 3000.0, 1500.0, 55.0, 500.0, 2.0)
@@ -43,14 +45,43 @@ def test_the_cameras_stand_where_the_plan_says():
     check_view(rig, 250.0)
 
 
+def test_the_picture_shows_the_cameras_where_the_plan_has_them():
+    cameras_m = [camera.centre_mm / 1000 for camera in true_rig(MILL, REGION_MM).cameras]
+    drawn = [
+        [line.get_xydata()[0] for line in axes.lines if line.get_marker() == "s"]
+        for axes in mounting_figure(MILL, 250.0, REGION_MM).axes
+    ]
+    assert drawn[0] == [pytest.approx(place_m[[0, 2]]) for place_m in cameras_m]
+    assert drawn[1] == [pytest.approx(cameras_m[0][1:])]
+
+
+def test_the_table_says_all_parts_of_the_uncertainty_that_the_gauge_states_unless_told(monkeypatch, capsys):
+    parts_mm = {part: 0.001 * place for place, part in enumerate(PARTS, start=1)}
+    ovalities_mm = []
+
+    def measured(_mounting, diameters_mm, _region, ovality_mm, _progress):
+        ovalities_mm.append(ovality_mm)
+        return [Expected(diameter_mm, 0.1, 0.0, parts_mm, []) for diameter_mm in diameters_mm]
+
+    monkeypatch.setattr(planned, "expected", measured)
+    words = ["--sensor", "800x600", "--pixel-um", "4.8", "--focal-mm", "9.6", "--distance-m", "3"]
+    assert cli.main(["plan", *words]) == 0
+    assert cli.main(["plan", *words, "--ovality", "0"]) == 0
+    assert ovalities_mm == [None, 0.0]
+    *_, header, _, _, row = capsys.readouterr().out.splitlines()
+    assert header.split()[-len(PARTS) :] == list(PARTS)
+    assert [float(part) for part in row.split()[-len(PARTS) :]] == list(parts_mm.values())
+
+
 def test_the_error_of_simulated_bars_is_within_the_expected_uncertainty_which_grows_with_the_bar():
     shown = []
-    found = expected(MILL, (80.0, 250.0), REGION_MM, 0.0, lambda done, of: shown.append((done, of)))
+    found = expected(MILL, (80.0, 250.0), REGION_MM, None, lambda done, of: shown.append((done, of)))
     for one in found:
         assert abs(one.error_mm) <= one.expanded_mm
         parts = math.sqrt(sum(part**2 for part in one.parts_mm.values()))
         assert one.expanded_mm == pytest.approx(2 * parts, rel=0.1)
-    assert found[0].expanded_mm < found[1].expanded_mm < 0.3
+        assert one.parts_mm["shape"] > 0.3 * 0.006 * one.diameter_mm / math.sqrt(12), "rounds are 0.6 % oval"
+    assert found[0].expanded_mm < found[1].expanded_mm < 0.87, "as docs/methods/trust.md says of 250 mm"
     assert shown[-1] == (2, 2)
 
 

@@ -91,6 +91,18 @@ def test_without_a_runtime_directory_or_on_a_full_disk_nothing_happens(monkeypat
     assert writer._thread.is_alive()
 
 
+def test_a_preview_that_cannot_be_drawn_is_left_out_and_the_next_one_written(folder):
+    now_s = [0.0]
+    writer = PreviewWriter("sizing", lambda: now_s[0])
+    picture = np.zeros((6, 8), np.uint8)
+    writer.offer([picture], lambda: [[], []], {"sequence": 1})  # lines of two pictures for one
+    wait_for(writer._waiting.empty)
+    now_s[0] = 2 * PERIOD_S
+    writer.offer([picture], lambda: [[]], {"sequence": 2})
+    wait_for(lambda: Previews(folder).newest("sizing") is not None)
+    assert Previews(folder).newest("sizing").figures["sequence"] == 2
+
+
 def test_lines_are_drawn_where_they_are_in_a_picture_that_is_shrunk():
     picture = np.zeros((960, 2 * preview.WIDTH_PX, 3), np.uint8)
     outside = np.array([[np.nan, np.nan], [200.0, 100.0], [200.0, 900.0]])

@@ -1,11 +1,13 @@
 """The link between a station and the supervisor: whole messages, none of half a line, no waiting."""
 
 import socket
+import threading
 import time
 
 import pytest
 from messages import reading
 
+from appliance.processes import station_process
 from appliance.processes.link import StationLink
 from appliance.processes.message import StateMessage
 from appliance.sizing.message import MESSAGES
@@ -89,3 +91,20 @@ def test_a_reading_with_a_number_that_is_none_is_refused():
     line = reading(diameter_mm=1.5).model_dump_json().replace("1.5", "NaN").encode()
     with pytest.raises(ValueError, match="diameter_mm"):
         MESSAGES.validate_json(line)
+
+
+def test_a_listener_that_fails_ends_the_station_as_a_closed_link_does(ends, monkeypatch):
+    ours, theirs = ends
+    left, closed = [], threading.Event()
+    monkeypatch.setattr(station_process, "LEAVE_TIME_S", 0.0)
+    monkeypatch.setattr(station_process.os, "_exit", left.append)
+
+    def fails(_line: bytes) -> None:
+        raise RuntimeError
+
+    link = StationLink(theirs)
+    link.on_line = fails
+    ours.sendall(b"{}\n")
+    station_process._listen(theirs, link, closed)
+    assert closed.is_set()
+    assert left == [1]

@@ -44,6 +44,16 @@ def test_the_interval_of_cpk_is_that_of_montgomerys_example_8_5():
     assert nearest_interval(1.33, 20, 19) == pytest.approx((1.33, 1.33 - half, 1.33 + half), abs=1e-4)
 
 
+def test_cp_and_cpk_within_subgroups_are_those_of_montgomerys_example_6_1():
+    """The same resist, limits 1.50 -+ 0.50: sigma 0.1398, Cp 1.192; Cpk by its definition is 1.179."""
+    shape = with_mean_and_deviation(125, 0.0, 1.0)
+    scale = 0.32521 / statistics.fmean(max(group) - min(group) for group in subgroups(shape))
+    found = capability([0.0056 + scale * number for number in shape], plus_mm=0.5, minus_mm=0.5)
+    assert found.within_mm == pytest.approx(0.1398, abs=5e-5)
+    assert found.cp.value == pytest.approx(1.192, abs=1e-3)
+    assert found.cpk.value == pytest.approx((2.00 - 1.5056) / (3 * 0.1398), abs=1e-3)
+
+
 def with_mean_and_deviation(count: int, mean: float, deviation: float) -> list[float]:
     """Numbers of exactly this mean and standard deviation (n - 1)."""
     source = random.Random(3)

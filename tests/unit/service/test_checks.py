@@ -1,6 +1,7 @@
-"""Fifteen planted troubles, each named by `doctor`, and by `check-config` if they keep `run` from starting."""
+"""Planted troubles, each named by `doctor`, and by `check-config` if they keep `run` from starting."""
 
 import contextlib
+import hashlib
 import shutil
 import socket
 import sqlite3
@@ -20,6 +21,7 @@ from appliance.service.checks import FOR_GOOD_WORK, FOR_THE_START
 from appliance.simulation.write_recording import write_ingots
 from appliance.sizing.stereo.rig_file import save_rig
 from appliance.supervisor.settings import load
+from plc.security.certificates import Authority
 
 
 class Planted:
@@ -92,6 +94,13 @@ def test_a_good_installation_has_no_trouble_and_check_config_says_so(planted, ca
     assert ": good;" in capsys.readouterr().out
 
 
+def test_a_rig_whose_bars_may_be_of_any_shape_gets_a_note_until_the_ovality_is_set(planted):
+    sizing = load(planted.config).sizing
+    unset = sizing.check_scale()
+    assert (unset.verdict, "sizing.ovality_mm is not set" in unset.text) == ("note", True)
+    assert sizing.model_copy(update={"ovality_mm": 0.4}).check_scale().verdict == "good"
+
+
 def rig_broken(planted: Planted) -> None:
     (planted.folder / "rig.json").write_text("{}")
 
@@ -161,6 +170,28 @@ def test_a_planted_trouble_is_named_and_no_other(planted, plant, capsys):
     refuses = name in {"rig", "recordings", "references", "tls"}  # without the others `run` starts, with a fault
     assert main(["check-config", str(planted.config)]) == (2 if refuses else 0)
     assert (said in capsys.readouterr().err) == refuses
+
+
+def test_a_known_error_of_another_calibration_is_named(planted, capsys):
+    digest = "5e" * 32
+    known = 'expanded_mm = 0.03\ndate = "2026-11-28"\nreason = "master 250.00"\nwho = "A. Smith"\n'
+    planted.more = f'[sizing.adjustment]\nadded_mm = -0.12\n{known}calibration_sha256 = "{digest}"\n'
+    assert planted.bad().keys() == {"rig"}
+    assert main(["check-config", str(planted.config)]) == 2
+    assert "sizing.adjustment.added_mm is -0.12" in capsys.readouterr().err
+    planted.more = planted.more.replace(digest, hashlib.sha256((planted.folder / "rig.json").read_bytes()).hexdigest())
+    assert not planted.bad()
+
+
+def test_a_certificate_that_ends_soon_is_a_note_and_stops_nothing(planted):
+    authority = Authority.make()
+    authority.save(planted.folder)
+    authority.server(planted.folder, ["127.0.0.1"], days=20)
+    planted.more = '[plc.tls]\ncertificate = "server.pem"\nkey = "server.key"\nauthority = "authority.pem"\n'
+    assert not planted.bad()
+    said = checks.secure_port(load(planted.config))
+    assert (said.verdict, "expires on" in said.text) == ("note", True)
+    assert main(["check-config", str(planted.config)]) == 0
 
 
 @pytest.mark.parametrize("name", ["port", "delivery"])

@@ -185,7 +185,9 @@ COMPANIONS = {
         "sizing.adjustment.date": '"2026-11-28"',
         "sizing.adjustment.reason": '"master 250.00"',
         "sizing.adjustment.who": '"A. Smith"',
-    }
+        "sizing.adjustment.calibration_sha256": f'"{"5e" * 32}"',
+    },
+    "history.verification_due_days": {"history.directory": '"history"'},
 }
 """What must be given beside a key."""
 

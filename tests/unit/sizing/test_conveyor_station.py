@@ -19,6 +19,7 @@ from appliance.simulation.write_recording import write_thermal_recording
 from appliance.sizing import station as sizing
 from appliance.sizing.conveyor.settings import ConveyorSettings
 from appliance.sizing.message import ReadingMessage
+from appliance.sizing.published import PUBLISHED
 from vision.reasons import Reason
 
 BAR = Bar(165.0, 20.0, 0.0)
@@ -94,6 +95,7 @@ def test_a_recording_finds_its_empty_line_itself(start, recording):
         assert message.reading.diameter_mm == pytest.approx(
             BAR.diameter_mm, abs=message.reading.expanded_uncertainty_mm
         )
+        assert math.isnan(PUBLISHED["hop_height"](message.reading)), "one camera assumes that the bar lies"
     assert station.hear_until(StateMessage).fault == "recording_over"
 
 

@@ -39,6 +39,8 @@ def test_virtual_boards_are_measured_and_drawn(line):
     middle = columns.mean()
     assert len(np.unique(rows)) > 0.8 * len(green)  # an edge point in most rows, on both sides of the bar
     assert min((columns < middle).sum(), (columns > middle).sum()) > 0.3 * len(green)
+    blue, _, red = np.moveaxis(pictures["boundaries_000000"].astype(int), 2, 0)
+    assert (blue - red).max() < 20, "the band of a detector that did not measure here"
     both = pictures["alignment_000000"].astype(int)
     bright = both.max(axis=2) > 120
     assert np.abs(both[..., 2] - both[..., 0])[bright].mean() < 60  # on the plane of the bar red and cyan make grey

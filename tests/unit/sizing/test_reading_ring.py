@@ -134,6 +134,11 @@ def test_a_computer_that_is_late_parts_nothing_and_a_long_blindness_does(bars, b
     assert take(bars, blind_s, 201.0)["bar_sequence"] == bars_seen
 
 
+def test_time_that_runs_back_parts_two_bars(bars):
+    take(bars, 5.0, 200.0)
+    assert take(bars, 1.0, 200.0)["bar_sequence"] == 2
+
+
 def test_after_blindness_the_next_bar_is_another_one(bars):
     take(bars, 0.0, 200.0)
     bars.end()

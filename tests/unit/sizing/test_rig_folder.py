@@ -68,6 +68,12 @@ def test_a_picture_without_its_partner_and_one_with_another_name_are_said(folder
     assert unused.startswith("IMG_2041.jpg: not used")
 
 
+def test_of_many_pictures_that_are_not_used_the_first_ones_are_named_and_the_others_counted(folder):
+    put(folder / "calibration", "left_00.png", "right_00.png", *(f"IMG_{number}.jpg" for number in range(7)))
+    (unused,) = find_pictures(folder).notes
+    assert unused.startswith("IMG_0.jpg, IMG_1.jpg, IMG_2.jpg, IMG_3.jpg, 3 more: not used")
+
+
 def test_a_side_without_any_picture_is_named(folder):
     put(folder / "calibration", "left_00.png", "left_01.png")
     with pytest.raises(CalibrationError, match="no pictures right_00"):
@@ -92,7 +98,10 @@ def test_what_is_left_out_is_assumed_and_said(tmp_path):
     assert board.squares == (8, 5)
     assert board.square_u_mm == pytest.approx(0.15)  # 0.3 % of an unmeasured print
     assert board.low_mm is None
-    assert [text.partition(" ")[0] for text in board.assumptions] == ["square_u_mm", "height_u_mm"]
+    assert [(one.text.partition(" ")[0], one.of_world) for one in board.assumptions] == [
+        ("square_u_mm", False),
+        ("height_u_mm", True),
+    ]
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """The loop of the stereo sizing station: readings, camera and rig trouble, warm-up, its end."""
 
 import dataclasses
+import hashlib
 import select
 import socket
 import subprocess
@@ -81,6 +82,13 @@ def test_readings_carry_the_diameter_and_the_moment_of_their_exposure(start, rec
     assert second.exposed_utc_ms - first.exposed_utc_ms == pytest.approx(1000 * lost / 20, abs=5)
 
 
+def test_where_a_recording_begins_again_another_bar_does(start, recording, rig):
+    station = start(rig=rig, camera=camera(recording))
+    heard = [station.hear() for _ in range(6)]
+    assert heard[-1].stretch > 0
+    assert {message.reading.bar_frames for message in heard} <= {1, 2}
+
+
 def test_while_it_compiles_it_says_so_before_anything_else(start, recording, rig):
     station = start(rig=rig, camera=camera(recording))
     assert station.hear_any() == StateMessage(state="warming")
@@ -129,6 +137,17 @@ def test_a_rig_that_is_missing_is_a_fault_until_it_is_there(start, recording, ri
     assert str(late) in fault.detail
     save_rig(load_rig(rig), late)
     assert station.hear_until(ReadingMessage).reading.valid
+
+
+def test_a_known_error_that_another_calibration_had_gives_a_fault_and_no_value(start, recording, rig):
+    digest = hashlib.sha256(rig.read_bytes()).hexdigest()
+    known = {"added_mm": 0.1, "expanded_mm": 0.03, "date": "2026-11-28", "reason": "master 250.00", "who": "A. Smith"}
+    other = start(rig=rig, camera=camera(recording), adjustment=known | {"calibration_sha256": "5e" * 32})
+    fault = other.hear()
+    assert (fault.fault, "sizing.adjustment.added_mm" in fault.detail) == ("rig_unusable", True)
+    own = start(rig=rig, camera=camera(recording), adjustment=known | {"calibration_sha256": digest})
+    reading = own.hear_until(ReadingMessage)
+    assert (reading.adjustment_mm, reading.scale_sha256) == (0.1, digest)
 
 
 def test_a_camera_that_gives_nothing_is_lost(start, recording, rig, monkeypatch):

@@ -132,3 +132,21 @@ def test_a_failed_verification_of_the_rig_in_force_makes_the_calibration_due_unt
                 connection.close()
                 wait_for(wire, lambda seen, due=due: seen["fault_word"] == (BITS["calibration_due"] if due else 0), 5)
                 assert has_value(look(wire))
+
+
+def test_a_rig_file_that_nobody_has_asked_the_gauge_to_read_is_not_the_calibration_in_force(tmp_path, monkeypatch):
+    monkeypatch.setattr(writer, "COMMIT_PERIOD_S", 0.1)
+    rig, history = tmp_path / "rig.json", tmp_path / "history"
+    rig.write_text("{}")
+    sha256 = [hashlib.sha256(content).hexdigest() for content in (b"{}", b"{ }")]
+    with rehearsing("fake_station", tmp_path, monkeypatch, SizingSettings(rig=rig)) as rehearsal:
+        rehearsal.keep_in(None, history)
+        rehearsal.start()
+        with rehearsal.connect() as wire:
+            wait_for(wire, has_value, 5)
+            rig.write_text("{ }")
+            time.sleep(0.5)
+            assert eventually(lambda: rows(history, "SELECT sha256 FROM calibrations") == [(sha256[0],)], 3)
+            rehearsal.reload(lambda: rehearsal.settings)
+            ordered = "SELECT sha256 FROM calibrations ORDER BY found_utc_ms"
+            assert eventually(lambda: rows(history, ordered) == [(one,) for one in sha256], 10)

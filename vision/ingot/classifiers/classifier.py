@@ -55,3 +55,10 @@ class FaceClassifier(ABC):
     @abstractmethod
     def judge(self, face: Face) -> Verdict:
         """Which end a face is, and how sure that is."""
+
+    def clearness(self, face: Face) -> float:
+        """Natural logarithm of odds, of the verdict's sign, that grow with how clear a face is.
+
+        By them references are compared. Those of the verdict, where they grow so.
+        """
+        return self.judge(face).log_odds

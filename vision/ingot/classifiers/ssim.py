@@ -12,6 +12,7 @@ from typing import NamedTuple
 from vision.ingot.classifiers.classifier import Face, FaceClassifier, Orientation, Picture, Verdict
 from vision.ingot.classifiers.similarity import USUAL_COMPARISON
 
+CLEARNESS_PER_SIMILARITY = 60.0  # chosen: log odds to a difference of similarities of 1; kinds differ by some 0.1
 SIMILARITY_THRESHOLD = USUAL_COMPARISON.threshold  # the dissertation's, between top and bottom
 
 
@@ -89,3 +90,12 @@ class DualSimilarity(FaceClassifier):
         """The more similar reference, with the evidence of this verdict."""
         orientation = dual(face.ssim_top, face.ssim_bottom)
         return Verdict(orientation, DUAL_COUNTS.log_odds(orientation))
+
+    def clearness(self, face: Face) -> float:
+        """By the difference of both similarities; the evidence of a verdict is the same for a small one and a large.
+
+        On six simulated lines with a new camera, references learned by it had 70 % of the ends right, by the evidence
+        alone 52 %, as commissioned 50 %. Of `single` the evidence stays: learned by the distance from its threshold,
+        references fell from 50 % to 39 % (ten lines), for tops unlike the reference lie far below any threshold.
+        """
+        return CLEARNESS_PER_SIMILARITY * (face.ssim_top - face.ssim_bottom)

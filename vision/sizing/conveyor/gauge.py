@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,6 +21,7 @@ from vision.light_planes import Decoder
 from vision.readings import SizeReading
 from vision.reasons import Reason
 from vision.sent_picture import Codes, Coding, SentPicture
+from vision.sizing.conveyor.bar_spans import LEAST_GAP_PX, bar_spans, hidden_bar, without_bar
 from vision.sizing.conveyor.barriers import Barriers, across, crossed_columns, find_barriers
 from vision.sizing.conveyor.camera_view import ConveyorReference
 from vision.sizing.conveyor.grey_light import grey_light
@@ -31,14 +31,7 @@ from vision.sizing.limits import CLIPPED_MOST_SHARE, COVERED_SHARE, FIRST_BLUR_P
 Array = NDArray[np.float64]
 Plane = NDArray[np.float32]
 
-LEAST_GAIN_CHANGE = 0.2  # chosen: a line that is darker than its empty picture by more has been dimmed by the camera
-HOT_FLOOR_LIGHT = 0.08  # chosen: a bar is brighter than the empty line by more than 8 % of full scale
-OPENING_PX = 5  # chosen: side of the square that opens the mask of what is hot
-LEAST_BAR_PX = 8  # chosen: fewer hot columns are no bar
-LEAST_GAP_PX = 9.0  # chosen: nearer to a barrier the bar's edge has no dark side
-END_ROWS = 4  # chosen: rows at either end of the picture that are left out
 PROFILE_OFFSETS_PX = np.arange(-9.0, 9.25, 0.25)  # across an edge of the bar, from the conveyor inwards
-DARK_PERCENTILE = 20  # chosen: of the light between barriers in a row, the conveyor beside a bar
 WINDOW_COUNT = 24  # chosen: windows along the bar
 LEAST_WINDOWS_SHARE = 0.2  # chosen: with fewer windows there is no value (`no_windows`)
 LINE_DISTANCE_PX = 1.0  # chosen: a row whose edge lies further off the bar's straight line is left out
@@ -116,7 +109,7 @@ class ConveyorGauge:
         self._u_shape_mm = float(ovality_mm / np.sqrt(12))
         self.barriers = find_barriers(self._empty, near_columns)
         if isinstance(self.barriers, Barriers):
-            self._without_bar = _without_bar(self.barriers)
+            self._without_bar = without_bar(self.barriers)
             self._scale = cache(partial(_scale, self.barriers, reference))
             self._scale(correlated_px(self._coding))
 
@@ -157,7 +150,7 @@ class ConveyorGauge:
         light = self.barriers.lens.straightened(self._light(sent))
         spans = bar_spans(light, self._without_bar)
         if isinstance(spans, Reason):
-            return _nothing(_hidden_bar(light, self._without_bar) if spans is Reason.NO_BAR else spans)
+            return _nothing(hidden_bar(light, self._without_bar) if spans is Reason.NO_BAR else spans)
         left, right = (_limb(light, spans, side) for side in (0, 1))
         if left is None or right is None or _touches(left, right, self.barriers):
             return _nothing(Reason.EDGE_NOT_FOUND)
@@ -209,7 +202,6 @@ class ConveyorGauge:
             expanded_uncertainty_mm=expanded_mm,
             windows_kept=int(np.count_nonzero(there)),
             windows_total=WINDOW_COUNT,
-            axis_height_mm=diameter_mm / 2,
             offset_mm=float(np.median(middle) * view.camera_height_mm),
             u_edge_mm=edge_mm,
             u_calibration_mm=calibration_mm,
@@ -250,64 +242,6 @@ def _change_along(row: Array, diameter_mm: Array) -> float:
     slope = float(place @ diameter_mm / (place @ place))
     scatter = float(np.std(diameter_mm - diameter_mm.mean() - slope * place))
     return abs(slope) - 2 * scatter / float(np.sqrt(place @ place))
-
-
-def bar_spans(light: Plane, empty: Plane) -> NDArray[np.int64] | Reason:
-    """First and last hot column of the bar in each row, shape (rows, 2), -1 where there is none (algorithm 5).
-
-    Parameters
-    ----------
-    light, empty : ndarray of float32, shape (rows, columns)
-        With the bar and without.
-
-    Returns
-    -------
-    ndarray of int64 or Reason
-        `no_bar`, `several_bars` or `bar_too_short` without a bar to be measured.
-    """
-    more = np.clip(np.rint(255 * np.clip(light - empty, 0, 1)), 0, 255).astype(np.uint8)
-    level, _ = cv2.threshold(more, 0, 1, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
-    mask = (more > max(level, 255 * HOT_FLOOR_LIGHT)).astype(np.uint8)
-    mask = np.asarray(cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((OPENING_PX, OPENING_PX), np.uint8)))
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask)
-    rows = len(light)
-    long = [i for i in range(1, count) if stats[i, cv2.CC_STAT_HEIGHT] >= COVERED_SHARE * rows]
-    if not long:
-        hot = stats[1:, cv2.CC_STAT_AREA].max(initial=0)
-        return Reason.BAR_TOO_SHORT if hot > LEAST_BAR_PX * COVERED_SHARE * rows / 2 else Reason.NO_BAR
-    if len(long) > 1:
-        return Reason.SEVERAL_BARS
-    bar = labels == long[0]
-    first, last = bar.argmax(axis=1), bar.shape[1] - 1 - bar[:, ::-1].argmax(axis=1)
-    there = bar.any(axis=1) & (last - first >= LEAST_BAR_PX)
-    spans = np.where(there[:, None], np.column_stack([first, last]), -1)
-    spans[:END_ROWS] = spans[-END_ROWS:] = -1
-    return spans if np.count_nonzero(spans[:, 0] >= 0) >= COVERED_SHARE * rows else Reason.BAR_TOO_SHORT
-
-
-def _hidden_bar(light: Plane, empty: Plane) -> Reason:
-    """`no_bar`, unless a bar shows as dark on light, or against the empty line at the gain of this picture."""
-    if not isinstance(bar_spans(empty, light), Reason):
-        return Reason.EDGE_NOT_FOUND | Reason.LOW_CONTRAST
-    lit = empty > HOT_FLOOR_LIGHT
-    gain = float(np.median(light[lit] / empty[lit])) if lit.any() else 1.0
-    if gain < 1 - LEAST_GAIN_CHANGE and not isinstance(bar_spans(light, gain * empty), Reason):
-        return Reason.EDGE_NOT_FOUND | Reason.LOW_CONTRAST
-    return Reason.NO_BAR
-
-
-def _without_bar(barriers: Barriers) -> Plane:
-    """The empty line, 0 to 1; where its picture shows a bar, rows between barriers are as light as their dark part."""
-    light = barriers.light
-    rows, columns = light.shape
-    edges = barriers.columns(np.arange(rows, dtype=np.float64))
-    inside = (np.arange(columns) > edges[:, :1] + LEAST_GAP_PX) & (np.arange(columns) < edges[:, 1:] - LEAST_GAP_PX)
-    between = np.where(inside, light, np.nan)
-    shown = inside.any(axis=1)
-    dark = np.zeros((rows, 1))
-    dark[shown] = np.nanpercentile(between[shown], DARK_PERCENTILE, axis=1)[:, None]
-    flat = np.where(inside, np.minimum(light, dark), light).astype(np.float32)
-    return light if bar_spans(light, flat) is Reason.NO_BAR else flat
 
 
 def _limb(light: Plane, spans: NDArray[np.int64], side: int) -> _Limb | None:

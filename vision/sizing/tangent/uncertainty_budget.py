@@ -11,6 +11,7 @@ from vision.calibration.camera_turn import NO_TURN, CameraTurn
 from vision.calibration.rig import Rig
 from vision.geometry.camera import CAMERA_PARAMETERS
 from vision.light import half_level_doubts_px
+from vision.order_statistics import median
 from vision.sizing.tangent.cylinder_fit import CylinderFit, touched_points
 from vision.sizing.tangent.edge_points import EdgePoints
 from vision.sizing.tangent.limb_finder import LimbPoints
@@ -20,7 +21,7 @@ Array = NDArray[np.float64]
 
 OMEGA = slice(CAMERA_PARAMETERS.index("omega_x"), CAMERA_PARAMETERS.index("omega_z") + 1)
 TRANSLATION = slice(CAMERA_PARAMETERS.index("t_x"), CAMERA_PARAMETERS.index("t_z") + 1)
-# Chosen: half of the difference of diameters that ASTM A29 allows in one section of a hot-rolled round (1.2 %).
+# Chosen, not checked: half of what ASTM A29 allows, from memory, between diameters of one hot-rolled round (1.2 %).
 USUAL_OVALITY_SHARE = 0.006
 U_PLACE_PX = 0.01  # chosen: standard uncertainty of the place of a whole limb whose edge looks perfect
 GROSS_ERROR_SENSITIVITY = 1.7  # of the biweight, in standard deviations (Huber, ISBN 0-471-41805-6, 4.3)
@@ -64,9 +65,6 @@ class Circumstances:
     ovality_mm: float | None = None
     turns: tuple[CameraTurn, CameraTurn] = (NO_TURN, NO_TURN)
     synchronous: bool = False
-
-
-UNKNOWN_CIRCUMSTANCES = Circumstances()
 
 
 def uncertainty_budget(
@@ -152,7 +150,7 @@ def _off_px(fit: CylinderFit, points: EdgePoints, index: int, limb: LimbPoints) 
     """
     mine = points.limb == index
     agreeing = fit.weight[mine] > 0
-    middle_px = float(np.median(fit.residual_px[mine][agreeing])) if agreeing.any() else 0.0
+    middle_px = median(fit.residual_px[mine][agreeing]) if agreeing.any() else 0.0
     foreign = min(1 - float(fit.weight[mine].mean()), MOST_FOREIGN_SHARE)
     bias_px = GROSS_ERROR_SENSITIVITY * fit.scale_px * foreign / (1 - foreign) / np.sqrt(3)
     return float(np.linalg.norm([U_PLACE_PX, limb.u_shading_px, middle_px, bias_px]))

@@ -68,12 +68,20 @@ def test_one_frame_apart_moves_nothing():
     assert readings[-1].bar_frames == 20
 
 
-def test_another_bar_and_a_long_gap_begin_anew():
+def test_a_missed_frame_keeps_the_bar_and_a_gap_begins_another():
     bar = PassingBar()
     bar.add(reading(120.0), 0.0)
     assert math.isnan(bar.add(SizeReading(reasons=Reason.NO_BAR), 0.04).bar_diameter_mm)
-    assert bar.add(reading(120.2), 0.08).bar_diameter_mm == 120.2
+    assert bar.add(reading(120.2), 0.08).bar_frames == 2
+    bar.add(SizeReading(reasons=Reason.NO_BAR), 0.4)
+    assert bar.add(reading(120.2), 0.44).bar_diameter_mm == 120.2
+
+
+def test_a_long_time_without_a_reading_and_time_that_runs_back_begin_anew():
+    bar = PassingBar()
+    bar.add(reading(120.2), 0.0)
     assert bar.add(reading(120.0), 5.0).bar_diameter_mm == 120.0
+    assert bar.add(reading(120.2), 1.0).bar_diameter_mm == 120.2
 
 
 def test_a_frame_without_a_value_has_no_value_of_the_bar():
@@ -85,16 +93,21 @@ def test_a_frame_without_a_value_has_no_value_of_the_bar():
     assert bar.add(reading(120.0), 0.08).bar_frames == 2
 
 
-def turning(frames, turn_deg, ovality_mm, noise_mm=0.02, seed=0):
-    """Widths of an ellipse across two views 40 degrees apart."""
+def of_widths(left_mm, right_mm, noise_mm=0.02, seed=0):
+    """Last reading of a bar whose widths across both views change so; mean of both is the frame's diameter."""
     rng, bar = np.random.default_rng(seed), PassingBar()
-    for frame in range(frames):
-        angle = 2 * np.deg2rad(turn_deg * frame / (frames - 1))
-        left, right = (120 + ovality_mm / 2 * np.cos(angle + 2 * np.deg2rad(place)) for place in (-20, 20))
-        left, right = left + rng.normal(0, noise_mm), right + rng.normal(0, noise_mm)
+    for frame, widths_mm in enumerate(zip(left_mm, right_mm, strict=True)):
+        left, right = widths_mm + rng.normal(0, noise_mm, 2)
         value = reading((left + right) / 2, noise_mm, width_left_mm=left, width_right_mm=right, u_shape_mm=0.2)
         last = bar.add(value, PERIOD_S * frame)
     return last
+
+
+def turning(frames, turn_deg, ovality_mm, seed=0):
+    """Widths of an ellipse across two views 40 degrees apart."""
+    angle = 2 * np.deg2rad(turn_deg) * np.linspace(0, 1, frames)
+    views = (120 + ovality_mm / 2 * np.cos(angle + 2 * np.deg2rad(place)) for place in (-20, 20))
+    return of_widths(*views, seed=seed)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -113,3 +126,20 @@ def test_a_section_that_does_not_turn_keeps_its_doubt_and_has_no_ovality():
 @pytest.mark.parametrize("seed", range(20))
 def test_noise_is_no_ovality(seed):
     assert math.isnan(turning(50, 250.0, ovality_mm=0.0, seed=seed).bar_ovality_mm)
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    "along_mm",
+    [
+        pytest.param(0.4 * np.sin(2 * np.pi * 1.5 * np.linspace(0, 1, 50)), id="wave of a roll that runs out"),
+        pytest.param(np.linspace(-0.4, 0.4, 50), id="taper"),
+    ],
+)
+def test_a_diameter_that_changes_along_the_bar_is_no_ovality_and_the_unseen_shape_stays_in_the_uncertainty(
+    along_mm, seed
+):
+    last = of_widths(120 + along_mm, 120 + along_mm, seed=seed)
+    assert last.bar_frames == 50
+    assert math.isnan(last.bar_ovality_mm)
+    assert last.bar_expanded_uncertainty_mm > 2 * 0.2

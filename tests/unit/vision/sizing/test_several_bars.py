@@ -1,5 +1,6 @@
 """Bars side by side on the simulated mill: each is measured, none is invented, none that is hidden has a value."""
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -7,6 +8,7 @@ from mill_scenes import perfect_rig
 
 from appliance.simulation.bars.real_line import Line, several_bars
 from appliance.simulation.true_rig import default_rig
+from vision.readings import SizeReading, of_all_bars
 from vision.reasons import Reason
 from vision.sent_picture import SentPicture
 from vision.sizing.gauge import Gauge
@@ -48,3 +50,23 @@ def test_bars_that_touch_in_a_view_have_no_value():
     assert not any(reading.valid for reading in readings)
     why = Reason.EDGE_NOT_FOUND | Reason.ONE_CAMERA | Reason.SEVERAL_BARS
     assert all(reading.reasons & why for reading in readings)
+
+
+def test_of_several_bars_the_frame_says_what_cameras_and_light_are_like():
+    due, moved = Reason.CALIBRATION_DUE, {"marks_moved_px": 0.7}
+    readings = (
+        SizeReading(diameter_mm=80.0, reasons=due | Reason.SHIMMER, clipped_share=0.05, limb_light=0.7, **moved),
+        SizeReading(diameter_mm=90.0, reasons=due, clipped_share=0.4, limb_light=0.2, **moved),
+        SizeReading(reasons=due | Reason.ONE_CAMERA, **moved),
+    )
+    frame = of_all_bars(readings)
+    assert frame.reasons == Reason.SEVERAL_BARS | due
+    assert (frame.clipped_share, frame.limb_light, frame.marks_moved_px) == (0.4, 0.2, 0.7)
+    assert math.isnan(frame.diameter_mm)
+    assert of_all_bars(readings[:1]) is readings[0]
+
+
+def test_of_bars_without_light_or_marks_the_frame_says_nothing():
+    frame = of_all_bars((SizeReading(reasons=Reason.EDGE_NOT_FOUND), SizeReading(reasons=Reason.ONE_CAMERA)))
+    assert frame.reasons == Reason.SEVERAL_BARS
+    assert all(math.isnan(value) for value in (frame.clipped_share, frame.limb_light, frame.marks_moved_px))

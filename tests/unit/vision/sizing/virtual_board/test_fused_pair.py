@@ -145,6 +145,16 @@ def test_fused_pictures_of_subsampled_colours_are_measured_in_luma():
     assert in_colours.diameter_mm < plain.diameter_mm - 0.2
 
 
+def test_fused_pictures_of_video_have_a_value_without_an_uncertainty(oblique):
+    scene, alone = oblique
+    gauge = VirtualBoardGauge(alone.rig, edges="sobel", fusion="db4")
+    coding = CODINGS["h264 crf 23"]
+    reading = gauge.measure(*(coding.sent([picture] * coding.frames) for picture in (scene.left, scene.right)))
+    assert reading.valid
+    assert Reason.UNCERTAINTY_UNKNOWN in reading.reasons
+    assert trust_percent(reading.size_reading()) == 0.0
+
+
 def test_a_fused_value_that_its_views_cannot_judge_has_no_uncertainty_a_reason_and_no_trust():
     fused = VirtualBoardReading(
         diameter_mm=100.0, u_edge_mm=0.01, u_board_mm=0.01, u_model_mm=0.01, windows_kept=9, windows_total=10
