@@ -102,8 +102,7 @@ def _nudged() -> Numbers:
     large, small = (summary("nudged_camera")[degrees] for degrees in ("0.05", "0.02"))
     errors = _hundredths(*(one[name] for one in (large, small) for name in ("worst_mm", "uncorrected_worst_mm")))
     told = (large["told"], small["told"], large["cameras"])
-    changed = _hundredths(large["changed_rms_mm"], small["changed_rms_mm"], large["unturned_rmse_mm"])
-    return (*errors, *_held(large, small), *map(str, told), *changed)
+    return (*errors, *_held(large, small), *map(str, told))
 
 
 def _nudged_held() -> Numbers:
@@ -246,8 +245,7 @@ SENTENCES = (
         _nudged,
         "turned by 0.05 degrees the error is at most {} mm ({} uncorrected), by 0.02 degrees {} mm ({}); {} ± {} and "
         "{} ± {} % of the values lie inside U. `calibration_due` came for {} and {} of {}: a turn about the camera's "
-        "own axis moves marks by less than 0.3 px. The turn and its correction change the error by {} and {} mm RMS, "
-        "where the rigs' own errors before it are {} mm RMS",
+        "own axis moves marks by less than 0.3 px",
     ),
     Sentence(VIRTUAL_BOARD, _as_printed, "As printed, {} to {} % of the frames got no value."),
     Sentence(

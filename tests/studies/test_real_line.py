@@ -1,6 +1,6 @@
 """What is claimed of a line with all effects: served frames, the passing bar, bars side by side, a nudged camera.
 
-Bounds are 1.3 times what docs/methods/real_line.md claims, of coverage 1.3 times the share that it says is not held.
+Bounds are 1.3 times what docs/methods/real_line.md claims; U holds 93 to 98 % of the values, within one standard error.
 """
 
 import json
@@ -10,7 +10,8 @@ import pytest
 
 from studies.__main__ import RESULTS
 
-LEAST_INSIDE, LEAST_SERVED = 0.93, 0.97
+LEAST_INSIDE, MOST_INSIDE, LEAST_SERVED = 0.93, 0.98, 0.97
+MOST_STANDARD_ERROR = 0.03  # with fewer rigs than these studies draw they would show nothing
 
 
 def summary(name):
@@ -24,8 +25,8 @@ def line():
 
 def test_the_studies_drew_as_many_lines_bars_and_cameras_as_is_said(line):
     assert line["lines"] >= 64
-    assert all(found["pairs"] >= 12 for found in summary("bars_side_by_side").values())
-    assert all(found["cameras"] >= 15 for found in summary("nudged_camera").values())
+    assert all(found["pairs"] >= 60 for found in summary("bars_side_by_side").values())
+    assert all(found["cameras"] >= 58 for found in summary("nudged_camera").values())
 
 
 def test_errors_of_frames_and_of_bars_are_as_small_as_claimed(line):
@@ -44,12 +45,18 @@ def test_the_interval_holds_and_half_of_it_does_not(line, prefix):
     assert line[f"{prefix}inside_half"] < LEAST_INSIDE
 
 
-@pytest.mark.parametrize("count", ["2", "3", "4"])
+def holds(found):
+    """Whether U holds in 93 to 98 % of the values, as far as the rigs of a study can show it."""
+    error = found["inside_standard_error"]
+    return error <= MOST_STANDARD_ERROR and LEAST_INSIDE - error <= found["inside"] <= MOST_INSIDE + error
+
+
+@pytest.mark.parametrize("count", ["1", "2", "3", "4"])
 def test_bars_side_by_side_are_each_measured_and_none_is_invented(count):
     found = summary("bars_side_by_side")[count]
     assert found["false_values"] == 0
     assert found["worst_mm"] <= 1.3 * 0.09
-    assert 1 - found["inside"] <= 1.3 * (1 - 0.81)
+    assert holds(found)
     assert found["values"] >= 0.5 * found["bars"]  # where views are oblique, neighbours hide each other
 
 
@@ -57,14 +64,14 @@ def test_a_camera_turned_by_a_twentieth_of_a_degree_is_corrected():
     turned = summary("nudged_camera")["0.05"]
     assert turned["worst_mm"] <= 1.3 * 0.16
     assert turned["uncorrected_worst_mm"] > 0.3
-    assert 1 - turned["inside"] <= 1.3 * (1 - 0.87)
+    assert holds(turned)
 
 
 def test_a_turn_of_a_fiftieth_of_a_degree_is_told():
     turned = summary("nudged_camera")["0.02"]
     assert turned["told"] >= 0.75 * turned["cameras"]  # a turn about the line of sight moves marks by less than 0.3 px
     assert turned["worst_mm"] <= 1.3 * 0.15
-    assert 1 - turned["inside"] <= 1.3 * (1 - 0.87)
+    assert holds(turned)
 
 
 def test_the_bar_s_value_is_within_0_12_mm_under_shimmer_and_hop():

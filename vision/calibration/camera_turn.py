@@ -44,7 +44,9 @@ def camera_turn(camera: Camera, motion: MarksMotion) -> CameraTurn:
     Returns
     -------
     CameraTurn
-        Least squares over the marks, three unknowns. `NO_TURN` where the motion is unknown or 0.
+        Where the sum of the marks' correlations is greatest, each a paraboloid about its own peak. `NO_TURN` where the
+        motion is unknown or 0. The covariance is the sandwich over the marks (White, 10.2307/1912934), with one
+        unknown in 2 m coordinates for each of the three.
     """
     if not motion.moved_px > 0.0:
         return NO_TURN
@@ -52,13 +54,15 @@ def camera_turn(camera: Camera, motion: MarksMotion) -> CameraTurn:
     columns: list[Array] = []
     for axis in np.eye(3):
         ahead, back = (_pixels(camera, seen @ rotation(way * STEP_RAD * axis).T) for way in (1, -1))
-        columns.append(((ahead - back) / (2 * STEP_RAD)).ravel())
-    design = np.column_stack(columns)
-    shift = motion.shift_px.ravel()
-    inverse = np.linalg.inv(design.T @ design)
-    omega = inverse @ design.T @ shift
-    variance = np.sum((shift - design @ omega) ** 2) / max(len(shift) - 3, 1)
-    return CameraTurn(omega, variance * inverse)
+        columns.append((ahead - back) / (2 * STEP_RAD))
+    design = np.stack(columns, axis=2)  # of each mark: pixels along x and y by three angles
+    inverse = np.linalg.inv(np.einsum("mia,mij,mjb->ab", design, motion.curvature, design))
+    omega = inverse @ np.einsum("mia,mi->a", design, motion.slope)
+    left = motion.slope - np.einsum("mij,mja,a->mi", motion.curvature, design, omega)
+    scores = np.einsum("mia,mi->ma", design, left)
+    coordinates = left.size
+    covariance = inverse @ scores.T @ scores @ inverse * coordinates / max(coordinates - 3, 1)
+    return CameraTurn(omega, covariance)
 
 
 def _pixels(camera: Camera, seen: Array) -> Array:

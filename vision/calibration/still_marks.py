@@ -5,8 +5,9 @@ show. A mark that the bar hides, or lights differently, is not found again and d
 """
 
 import base64
+import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -30,6 +31,7 @@ LEAST_CORRELATION = 0.7  # chosen: a mark is found again where its patch correla
 BOARD_MARGIN_FACTOR = 1.5  # chosen: corners within 1.5 times the board's hull may be its sheet or its shadow
 LEAST_MARKS = 6  # chosen: fewer marks found again say nothing of a moved camera
 NOISE_SIGMAS = 3.0  # chosen: a motion of up to 3 standard deviations of its noise counts as none
+MOST_MIXED = 0.99  # chosen: of the mixed derivative of a peak over the root of the product of the other two
 AGREEMENT_PX = 0.5  # chosen: a mark further than this from the fitted motion is something else
 
 
@@ -42,16 +44,21 @@ class MarksMotion:
     moved_px : float
         Root mean square of the fitted motion over the marks, pixels, less what noise alone would give; NaN when too few
         marks agree on one.
-    place_px, shift_px : ndarray of float64, shape (m, 2)
-        Places of the marks that agree, (x, y), and how far each has moved.
+    place_px : ndarray of float64, shape (m, 2)
+        Places of the marks that agree, (x, y).
+    curvature : ndarray of float64, shape (m, 2, 2)
+    slope : ndarray of float64, shape (m, 2)
+        A mark has moved by s where curvature s = slope, both of its correlation. Along an edge the curvature is small,
+        since an edge says little of a shift that way.
     """
 
     moved_px: float
     place_px: Array
-    shift_px: Array
+    curvature: Array
+    slope: Array
 
 
-NO_MOTION = MarksMotion(np.nan, np.empty((0, 2)), np.empty((0, 2)))
+NO_MOTION = MarksMotion(np.nan, np.empty((0, 2)), np.empty((0, 2, 2)), np.empty((0, 2)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -120,7 +127,7 @@ class Marks:
         smooth = _smooth_grey(picture)
         half = cv2.resize(smooth, (smooth.shape[1] // 2, smooth.shape[0] // 2), interpolation=cv2.INTER_AREA)
         far = _motion_within(self._halved(), np.asarray(half, np.float32), FAR_SEARCH_PX // 2)
-        return MarksMotion(2 * far.moved_px, 2 * far.place_px, 2 * far.shift_px)
+        return MarksMotion(2 * far.moved_px, 2 * far.place_px, far.curvature / 4, far.slope / 2)
 
     def _halved(self) -> "Marks":
         """Marks for pictures of half the size, each of whose pixels is four."""
@@ -164,8 +171,8 @@ def find_marks(low: Picture, high: Picture, boards_px: tuple[Array, Array]) -> M
         return NO_MARKS
     place = np.rint(np.asarray(corners).reshape(-1, 2)).astype(np.int64)
     patch = np.array([_around(smooth, at, PATCH_HALF_PX) for at in place])
-    shifts = [_shift_px(one, high, at) for one, at in zip(patch, place, strict=True)]
-    still = [shift is not None and bool(np.hypot(*shift) < STILL_SHIFT_PX) for shift in shifts]
+    found = [_found(one, high, at) for one, at in zip(patch, place, strict=True)]
+    still = [one is not None and bool(np.hypot(*one.shift_px) < STILL_SHIFT_PX) for one in found]
     return Marks(place[still][:MOST_MARKS], patch[still][:MOST_MARKS])
 
 
@@ -181,24 +188,28 @@ def _around(picture: NDArray[Any], place: NDArray[np.int64], half: int) -> NDArr
 
 
 def _motion_within(marks: Marks, picture: Picture | NDArray[np.float32], search_px: int) -> MarksMotion:
-    found = [
-        _shift_px(patch, picture, place, search_px) for patch, place in zip(marks.patch, marks.place_px, strict=True)
-    ]
-    seen = [shift is not None for shift in found]
-    if sum(seen) < LEAST_MARKS:
+    both = zip(marks.patch, marks.place_px, strict=True)
+    found = [(place, one) for patch, place in both if (one := _found(patch, picture, place, search_px)) is not None]
+    if len(found) < LEAST_MARKS:
         return NO_MOTION
-    return _agreed_motion(
-        marks.place_px[seen].astype(np.float64), np.array([shift for shift in found if shift is not None])
-    )
+    return _agreed_motion(np.array([place for place, _ in found], np.float64), [one for _, one in found])
 
 
-def _shift_px(
+class _Found(NamedTuple):
+    """A mark that is found again: how far it has moved along x and along y, each by itself; see `MarksMotion`."""
+
+    shift_px: Array
+    curvature: Array
+    slope: Array
+
+
+def _found(
     patch: NDArray[np.float32],
     picture: Picture | NDArray[np.float32],
     place: NDArray[np.int64],
     search_px: int = SEARCH_PX,
-) -> Array | None:
-    """How far a patch has moved, (x, y); None when it is not found again."""
+) -> _Found | None:
+    """Where a patch is found again; None when it is not."""
     half_px = len(patch) // 2
     part = _around(picture, place, half_px + search_px)
     if min(part.shape[:2]) <= len(patch) + 1:  # at the border of the picture, or beyond it
@@ -209,19 +220,30 @@ def _shift_px(
     rows, columns = alike.shape
     if not (LEAST_CORRELATION <= best <= 1.001 and 0 < column < columns - 1 and 0 < row < rows - 1):
         return None
-    across, down = alike[row, column - 1 : column + 2], alike[row - 1 : row + 2, column]
     left, top = (min(at - half_px, search_px) for at in place.tolist())  # of the search, before the patch's own place
-    return np.array([column + _peak(across) - left, row + _peak(down) - top])
+    away, curvature = _peak(alike[row - 1 : row + 2, column - 1 : column + 2].astype(np.float64))
+    shift = np.array([column, row]) + away - (left, top)
+    whole = np.array([column - left, row - top])
+    return _Found(shift, curvature, np.diag(curvature) * away + curvature @ whole)
 
 
-def _peak(three: NDArray[Any]) -> float:
-    """Where the parabola through three values has its top, from the middle one."""
-    left, middle, right = (float(value) for value in three)
-    return 0.5 * (left - right) / min(left - 2 * middle + right, -1e-9)
+def _peak(values: Array) -> tuple[Array, Array]:
+    """How far the top lies from the middle of 3 x 3 correlations, along x and along y, and how they are curved.
+
+    Parabolas through the middle along x and along y; without the mixed second derivative a shift along x is taken for
+    one along y too on a corner whose lines lean the same way.
+    """
+    (a, _, b), (left, middle, right), (c, _, d) = values.tolist()
+    up, down = values[[0, 2], 1].tolist()
+    xx, yy = (-min(one - 2 * middle + other, -1e-9) for one, other in ((left, right), (up, down)))
+    most = MOST_MIXED * math.sqrt(xx * yy)
+    xy = min(max((b + c - a - d) / 4, -most), most)
+    return 0.5 * np.array([right - left, down - up]) / (xx, yy), np.array([[xx, xy], [xy, yy]])
 
 
-def _agreed_motion(place: Array, shift: Array) -> MarksMotion:
+def _agreed_motion(place: Array, found: list[_Found]) -> MarksMotion:
     """The shift and turn that most marks agree on; no motion when they do not."""
+    shift = np.array([one.shift_px for one in found])
     x, y = (place - place.mean(axis=0)).T
     none, one = np.zeros_like(x), np.ones_like(x)
     design = np.concatenate([np.column_stack([one, none, -y]), np.column_stack([none, one, x])])
@@ -239,4 +261,5 @@ def _agreed_motion(place: Array, shift: Array) -> MarksMotion:
     # three fitted numbers bring the noise of three coordinates, over the number of marks
     by_noise = 3 * np.sum(off**2) / max(2 * agrees.sum() - 3, 1) / agrees.sum()
     moved_px = float(np.sqrt(max(moved - NOISE_SIGMAS**2 * by_noise, 0.0)))
-    return MarksMotion(moved_px, place[agrees], shift[agrees])
+    curvature, slope = np.array([one.curvature for one in found]), np.array([one.slope for one in found])
+    return MarksMotion(moved_px, place[agrees], curvature[agrees], slope[agrees])

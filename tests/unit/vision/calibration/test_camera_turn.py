@@ -25,7 +25,8 @@ def moved(camera, omega, noise_px, seed=0):
     rvec = cv2.Rodrigues(turn @ camera.R)[0]
     after = cv2.projectPoints(far_mm, rvec, turn @ camera.t, camera.K, camera.dist)[0][:, 0]
     shift = after - place + rng.normal(0, noise_px, place.shape)
-    return MarksMotion(float(np.sqrt(np.mean(np.sum(shift**2, axis=1)))), place, shift)
+    moved_px = float(np.sqrt(np.mean(np.sum(shift**2, axis=1))))
+    return MarksMotion(moved_px, place, np.tile(np.eye(2), (len(place), 1, 1)), shift)
 
 
 @pytest.mark.parametrize("omega", [(8e-4, 0, 0), (0, -8e-4, 0), (0, 0, 2e-3), (3e-4, -5e-4, 1e-3)])
@@ -42,6 +43,16 @@ def test_its_covariance_is_that_of_the_errors(camera):
     np.testing.assert_allclose(error.std(axis=0), stated, rtol=0.25)
 
 
+def test_edges_that_say_nothing_of_a_shift_along_themselves_do_not_pull_the_turn(camera):
+    motion = moved(camera, (4e-4, -4e-4, 1e-3), 0.0)
+    along, across = np.array([0.8, 0.6]), np.array([-0.6, 0.8])
+    edge = np.outer(across, across) + 0.05 * np.outer(along, along)
+    wrong = motion.slope + np.random.default_rng(1).normal(0, 0.4, (15, 1)) * along  # where the edges' places are found
+    found = camera_turn(camera, MarksMotion(motion.moved_px, motion.place_px, np.tile(edge, (15, 1, 1)), wrong @ edge))
+    np.testing.assert_allclose(found.omega[:2], (4e-4, -4e-4), atol=1e-4)
+
+
 @pytest.mark.parametrize("moved_px", [0.0, np.nan])
 def test_marks_that_did_not_move_or_are_not_seen_turn_nothing(camera, moved_px):
-    assert camera_turn(camera, MarksMotion(moved_px, np.zeros((8, 2)), np.full((8, 2), 0.02))) is NO_TURN
+    still = MarksMotion(moved_px, np.zeros((8, 2)), np.tile(np.eye(2), (8, 1, 1)), np.full((8, 2), 0.02))
+    assert camera_turn(camera, still) is NO_TURN

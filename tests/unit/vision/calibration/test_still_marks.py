@@ -53,6 +53,16 @@ def test_a_shift_is_measured(marks, shift):
     assert marks.moved_px(taken(moved(line(), shift), 4)) == pytest.approx(np.hypot(*shift), abs=0.2)
 
 
+@pytest.mark.parametrize("shift", [(0.4, 0.0), (0.0, 0.4), (-0.6, 0.3)])
+def test_marks_on_lines_that_lean_the_same_way_tell_both_parts_of_a_shift(shift):
+    """They look like the rollers and barriers beside a line."""
+    lean = np.array([[1.0, 0.9, -130.0], [0.0, 1.0, 0.0]])
+    picture = cv2.warpAffine(line(), lean, (400, 300), flags=cv2.INTER_AREA, borderMode=cv2.BORDER_REFLECT)
+    found = find_marks(taken(picture, 1), taken(picture, 2), (BOARD, BOARD + 8)).motion(taken(moved(picture, shift), 4))
+    told = np.linalg.solve(found.curvature.sum(axis=0), found.slope.sum(axis=0))
+    np.testing.assert_allclose(told, shift, atol=0.08)
+
+
 @pytest.mark.parametrize("shift", [(20.0, -15.0), (-31.0, 8.0), (60.0, 40.0)])
 def test_a_camera_that_moved_far_is_not_taken_for_one_without_marks(marks, shift):
     assert marks.moved_px(taken(moved(line(), shift), 4)) == pytest.approx(np.hypot(*shift), abs=1.0)

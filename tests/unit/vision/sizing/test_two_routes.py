@@ -94,7 +94,9 @@ class Moved:
 
     def motion(self, _):
         place_px = np.array([(x, y) for x in (100.0, 400.0, 700.0) for y in (100.0, 300.0, 500.0)])
-        return MarksMotion(self.distance_px, place_px, np.tile([0.0, self.distance_px], (9, 1)))
+        return MarksMotion(
+            self.distance_px, place_px, np.tile(np.eye(2), (9, 1, 1)), np.tile([0.0, self.distance_px], (9, 1))
+        )
 
 
 @pytest.mark.parametrize(
