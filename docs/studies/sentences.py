@@ -105,13 +105,14 @@ def _nudged() -> Numbers:
     return (*errors, *_held(large, small), *map(str, told))
 
 
-def _nudged_held() -> Numbers:
-    return _held(*(summary("nudged_camera")[degrees] for degrees in ("0.05", "0.02")))
-
-
 def _bars_held() -> Numbers:
     found = [summary("bars_side_by_side")[count] for count in "234"]
     return (*_held(*found), str(found[0]["pairs"]))
+
+
+def _bars_and_nudged_held() -> Numbers:
+    bars, cameras = summary("bars_side_by_side"), summary("nudged_camera")
+    return _held(*(bars[count] for count in "234"), *(cameras[degrees] for degrees in ("0.05", "0.02")))
 
 
 def _held(*groups: Row) -> Numbers:
@@ -233,6 +234,12 @@ SENTENCES = (
         UNCERTAINTY,
         _line_held,
         "{} % of single frames and {} % of bars' values inside U, {} and {} % inside half of it, {} wrong values.",
+    ),
+    Sentence(
+        UNCERTAINTY,
+        _bars_and_nudged_held,
+        "Of two, three and four bars side by side {} ± {}, {} ± {} and {} ± {} % of the values lie inside U, after "
+        "turns of a camera by 0.05 and 0.02 degrees {} ± {} and {} ± {} %",
     ),
     Sentence(REAL_LINE, _line_wrong, "Wrong values: {} of {}."),
     Sentence(
