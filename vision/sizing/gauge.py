@@ -120,7 +120,7 @@ class Gauge:
         tuple of SizeReading
             One, with the reasons of `measure`, unless a view shows several bars: then those that both views show, from
             smaller x, at most `MOST_BARS`, by route T alone, without a value where a neighbour's light lies beside a
-            limb (`edge_not_found`), and last one without a value for each outline of only one view (`one_camera`).
+            limb or hides one (`edge_not_found`), and last one without a value for each outline of only one view (`one_camera`).
         """
         pictures = checked_pair(self._rig, left, right)
         outlines = self._tangent.outlines(*pictures)
@@ -165,7 +165,7 @@ class Gauge:
         readings = [
             SizeReading(reasons=Reason.EDGE_NOT_FOUND)
             if any(one is other for one, view in zip(pair, near, strict=True) for other in view)
-            else measure_bar(pair)
+            else _wholly_seen(measure_bar(pair))
             for pair in pairs
         ]
         readings += [SizeReading(reasons=Reason.ONE_CAMERA)] * alone
@@ -177,6 +177,15 @@ class Gauge:
         beside = self._beside.submit(marks[0].motion, left.shown)
         right_motion = marks[1].motion(right.shown)
         return beside.result(), right_motion
+
+
+def _wholly_seen(reading: SizeReading) -> SizeReading:
+    """The reading of a bar side by side with others, without a value where a neighbour hides one of its limbs.
+
+    The three others leave nothing that could show where the neighbour's light or outline has moved one of them.
+    """
+    hidden = Reason.LIMB_HIDDEN in reading.reasons
+    return SizeReading(reasons=reading.reasons | Reason.EDGE_NOT_FOUND) if hidden else reading
 
 
 def _reasons_of_move(moved_px: float) -> Reason:
