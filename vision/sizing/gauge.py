@@ -120,7 +120,8 @@ class Gauge:
         tuple of SizeReading
             One, with the reasons of `measure`, unless a view shows several bars: then those that both views show, from
             smaller x, at most `MOST_BARS`, by route T alone, without a value where a neighbour's light lies beside a
-            limb or hides one (`edge_not_found`), and last one without a value for each outline of only one view (`one_camera`).
+            limb or hides one (`edge_not_found`), and last one without a value for each outline of only one view
+            (`one_camera`).
         """
         pictures = checked_pair(self._rig, left, right)
         outlines = self._tangent.outlines(*pictures)

@@ -16,7 +16,8 @@ Array = NDArray[np.float64]
 
 MOST_BARS = 4  # bars that are measured side by side
 # Chosen: two blurred edges of 2 px and a plateau of 2 px between them, with 2 px to spare.
-LEAST_GAP_PX = 8.0
+# Outlines lie on whole pixels: half a pixel more, so that rounding does not decide over a gap of just 8 px.
+LEAST_GAP_PX = 8.5
 ROUGH_OUTLINE_MM = 4.0  # an outline lies within a few pixels of its limbs, and height is known less well by it
 
 
