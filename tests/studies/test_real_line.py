@@ -26,7 +26,7 @@ def line():
 def test_the_studies_drew_as_many_lines_bars_and_cameras_as_is_said(line):
     assert line["lines"] >= 64
     assert all(found["pairs"] >= 60 for found in summary("bars_side_by_side").values())
-    assert all(found["cameras"] >= 58 for found in summary("nudged_camera").values())
+    assert all(found["cameras"] >= 60 for found in summary("nudged_camera").values())
 
 
 def test_errors_of_frames_and_of_bars_are_as_small_as_claimed(line):
@@ -51,18 +51,18 @@ def holds(found):
     return error <= MOST_STANDARD_ERROR and LEAST_INSIDE - error <= found["inside"] <= MOST_INSIDE + error
 
 
-@pytest.mark.parametrize("count", ["1", "2", "3", "4"])
-def test_bars_side_by_side_are_each_measured_and_none_is_invented(count):
+@pytest.mark.parametrize(("count", "worst_mm"), [("1", 0.09), ("2", 0.16), ("3", 0.21), ("4", 0.09)])
+def test_bars_side_by_side_are_each_measured_and_none_is_invented(count, worst_mm):
     found = summary("bars_side_by_side")[count]
     assert found["false_values"] == 0
-    assert found["worst_mm"] <= 1.3 * 0.09
+    assert found["worst_mm"] <= 1.3 * worst_mm
     assert holds(found)
     assert found["values"] >= 0.5 * found["bars"]  # where views are oblique, neighbours hide each other
 
 
 def test_a_camera_turned_by_a_twentieth_of_a_degree_is_corrected():
     turned = summary("nudged_camera")["0.05"]
-    assert turned["worst_mm"] <= 1.3 * 0.16
+    assert turned["worst_mm"] <= 1.3 * 0.12
     assert turned["uncorrected_worst_mm"] > 0.3
     assert holds(turned)
 
@@ -70,7 +70,7 @@ def test_a_camera_turned_by_a_twentieth_of_a_degree_is_corrected():
 def test_a_turn_of_a_fiftieth_of_a_degree_is_told():
     turned = summary("nudged_camera")["0.02"]
     assert turned["told"] >= 0.75 * turned["cameras"]  # a turn about the line of sight moves marks by less than 0.3 px
-    assert turned["worst_mm"] <= 1.3 * 0.15
+    assert turned["worst_mm"] <= 1.3 * 0.11
     assert holds(turned)
 
 
