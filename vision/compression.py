@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from vision.light_planes import LightPlane
+from vision.order_statistics import median_without_nan
 from vision.sent_picture import Coding
 
 Array = NDArray[np.float64]
@@ -108,8 +109,10 @@ def compression_shift_px(
     tuple of float
         Pixels, and their standard uncertainty.
     """
-    dark, bright = (float(np.nanmedian(level)) if np.isfinite(level).any() else np.nan for level in levels)
-    if coding.compression == "none" or not (dark < bright and np.isfinite(blur_px)):
+    if coding.compression == "none":
+        return 0.0, 0.0
+    dark, bright = (median_without_nan(level) if np.isfinite(level).any() else np.nan for level in levels)
+    if not (dark < bright and np.isfinite(blur_px)):
         return 0.0, 0.0
     light = plane.table[0]
     codes = np.interp([dark, bright], light, np.arange(len(light)))

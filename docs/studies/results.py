@@ -7,6 +7,7 @@ from typing import Any
 FOLDER = Path(__file__).parent
 
 Summary = dict[str, Any]
+Rows = list[tuple[str, ...]]
 
 
 def result(name: str) -> Summary:

@@ -2,9 +2,8 @@
 
 from collections.abc import Callable
 
-from results import Summary, length, lengths, percent, summary
-
-Rows = list[tuple[str, ...]]
+from edge_tables import EDGE_TABLES
+from results import Rows, Summary, length, lengths, percent, summary
 
 
 def served_diameter(groups: dict[str, str]) -> Rows:
@@ -306,6 +305,52 @@ def _classifier_cell(found: Summary) -> str:
     return f"{percent(found['frames_right'], 1)}, {'/'.join(map(str, counts))}"
 
 
+def ingots() -> Rows:
+    """Ingots of simulated lines and of path-traced sequences, with what is wanted."""
+    lines = [summary("ingots")[name] for name in ("mixed", "recorded")]
+    rows: Rows = [
+        (
+            "placed frames, ends found",
+            *(f"{one['placed_frames']:,}, {_share(one['ends_found'])}" for one in lines),
+            "97 %",
+        )
+    ]
+    for name in ("wrinkles", "dual", "single"):
+        wanted = "99 %" if name == "wrinkles" else ""
+        rows += [
+            (f"frames right, `{name}`", *(_share(one[name]["accuracy"]) for one in lines), wanted),
+            (
+                f"precision and recall of tops, `{name}`",
+                *(", ".join(_share(one[name][kind]) for kind in ("precision", "recall")) for one in lines),
+                "",
+            ),
+        ]
+    found = ("right", "undecided", "wrong")
+    return [
+        (
+            "",
+            *(
+                f"{one['sequences']} {title}"
+                for one, title in zip(lines, ("simulated lines", "path-traced sequences"), strict=True)
+            ),
+            "wanted",
+        ),
+        *rows,
+        (
+            "ingots right, undecided, wrong",
+            *(f"{', '.join(str(one[name]) for name in found)} of {one['ingots']}" for one in lines),
+            "all right",
+        ),
+        ("false alarms", *(str(one["false_alarms"]) for one in lines), "0"),
+        ("frames until decided, median", *(f"{one['median_frames_until_decided']:.0f}" for one in lines), "10"),
+        ("decided within 10 frames, of all ingots", *(_share(one["decided_within_10"]) for one in lines), ""),
+    ]
+
+
+def _share(share: float) -> str:
+    return percent(share, 0 if share == 1 else 1)
+
+
 BARS = ("clean", "scale", "post", "glare", "overexposed", "bar-end", "rollers", "haze")
 EFFECTS = ("ovality", "camber", "shimmer", "bounce", "nudged", "jpeg 4:2:0 q90")
 TABLES: dict[str, Callable[[], Rows]] = {
@@ -328,4 +373,6 @@ TABLES: dict[str, Callable[[], Rows]] = {
     "virtual board, steps": virtual_board_steps,
     "fused uncertainty": fused_uncertainty,
     "ingots elsewhere": ingots_elsewhere,
+    "ingots": ingots,
+    **EDGE_TABLES,
 }

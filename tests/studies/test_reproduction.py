@@ -2,11 +2,12 @@
 
 import json
 import random
+import shutil
 from pathlib import Path
 
 import pytest
 
-from appliance.reproduction.run import experiments
+from appliance.reproduction.run import experiments, reproduce
 from studies.test_samples import alike
 
 RESULTS = Path(__file__).parents[2] / "docs" / "reproduction" / "results"
@@ -33,6 +34,12 @@ def stored(name):
 @pytest.mark.parametrize("name", EXPERIMENTS)
 def test_the_committed_results_are_of_all_quick_cases(name):
     assert [row["case"] for row in stored(name)] == EXPERIMENTS[name].cases(quick=True)
+
+
+def test_the_committed_report_says_what_the_committed_results_give(tmp_path):
+    shutil.copytree(RESULTS, tmp_path / "results")
+    reproduce(tmp_path, quick=True)
+    assert (tmp_path / "report.md").read_text("utf-8") == RESULTS.with_name("report.md").read_text("utf-8")
 
 
 def test_a_case_gives_what_was_committed():

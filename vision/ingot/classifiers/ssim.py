@@ -74,10 +74,6 @@ class SingleSimilarity(FaceClassifier):
         orientation = single(face.ssim_top, self._threshold)
         return Verdict(orientation, SINGLE_COUNTS.log_odds(orientation))
 
-    def clearness(self, face: Face) -> float:
-        """By the similarity's distance from the threshold; the evidence of a verdict is the same near it and far."""
-        return CLEARNESS_PER_SIMILARITY * (face.ssim_top - self._threshold)
-
 
 class DualSimilarity(FaceClassifier):
     """`dual` as a classifier; the references have been compared before.
@@ -96,5 +92,10 @@ class DualSimilarity(FaceClassifier):
         return Verdict(orientation, DUAL_COUNTS.log_odds(orientation))
 
     def clearness(self, face: Face) -> float:
-        """By the difference of both similarities; the evidence of a verdict is the same for a small one and a large."""
+        """By the difference of both similarities; the evidence of a verdict is the same for a small one and a large.
+
+        On six simulated lines with a new camera, references learned by it had 70 % of the ends right, by the evidence
+        alone 52 %, as commissioned 50 %. Of `single` the evidence stays: learned by the distance from its threshold,
+        references fell from 50 % to 39 % (ten lines), for tops unlike the reference lie far below any threshold.
+        """
         return CLEARNESS_PER_SIMILARITY * (face.ssim_top - face.ssim_bottom)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from vision.geometry.robust_constants import BIWEIGHT_TUNING, SIGMA_PER_MAD
+from vision.order_statistics import median, quantiles
 
 Array = NDArray[np.float64]
 
@@ -26,6 +27,7 @@ LAG_POINTS = 4  # chosen: points of a limb this far apart, 4 px, share no blur, 
 NARROWING_ROUNDS, NARROWING_FACTOR, NARROWEST_FACTOR = 8, 0.7, 0.6
 PLAIN_STEPS = 3  # Gauss-Newton steps without weights
 LAG_WINDOWS = 6  # chosen: windows further apart than 120 mm share no hot air and no patch of scale
+LEAST_WINDOWS = 2  # a single one shows no scatter along the bar
 LEAST_LEFT = 0.3  # chosen: least share of the variance that the limbs' means leave; a few long waves tell little
 LEAST_SCALE_PX = 0.02  # chosen: least scale of the biweight; a chance scatter below it would reject good points
 LEAST_INWARDS = 1.1  # chosen: a smaller factor on residuals inwards is worth less than 0.01 px
@@ -73,7 +75,7 @@ class CylinderFit:
     parameters : ndarray of float64, shape (5,)
         x0, z0: axis at y = 0, mm; slopes dx/dy, dz/dy; radius R, mm.
     covariance : ndarray of float64, shape (5, 5)
-        From the scatter of clusters, correlation within a cluster counted.
+        From the scatter of clusters, correlation within a cluster counted; NaN where no limb has points in two windows.
     residual_px : ndarray of float64, shape (n,)
         Distance of every edge point from its tangent, pixels, positive outwards.
     pixel_per_mm : ndarray of float64, shape (n,)
@@ -198,7 +200,7 @@ def fit_cylinder(rays: EdgeRays, start: Array, rounds: int = 80) -> CylinderFit 
         pixel_per_mm = rays.pixel_per_radian / _depth_mm(parameters, rays)
         residual_px = gap * pixel_per_mm
         if step_number < NARROWING_ROUNDS:  # afterwards the scale is fixed, so that the steps converge
-            wide_px = SIGMA_PER_MAD * float(np.median(np.abs(residual_px)))
+            wide_px = SIGMA_PER_MAD * median(np.abs(residual_px))
             narrow_px = max(LEAST_SCALE_PX, _local_scatter_px(residual_px, near), NARROWEST_FACTOR * wide_px)
             scale_px = max(narrow_px, NARROWING_FACTOR**step_number * wide_px)
         ratio = np.where(residual_px < 0, rays.inwards, 1.0) * residual_px / scale_px
@@ -259,7 +261,7 @@ def _local_scatter_px(residual_px: Array, near: NDArray[np.bool_]) -> float:
     differences = np.abs(residual_px[LAG_POINTS:] - residual_px[:-LAG_POINTS])[near]
     if not differences.size:
         return 0.0
-    return float(np.quantile(differences, QUIET_SHARE) / (np.sqrt(2) * ndtri((1 + QUIET_SHARE) / 2)))
+    return float(quantiles(differences, (QUIET_SHARE,))[0] / (np.sqrt(2) * ndtri((1 + QUIET_SHARE) / 2)))
 
 
 def _depth_mm(parameters: Array, rays: EdgeRays) -> Array:
@@ -308,9 +310,13 @@ def _clustered_covariance(influence: Array, rays: EdgeRays) -> Array:
     by what the autocovariances over `LAG_WINDOWS` add to the radius' variance, with a flat-top taper
     (Politis, doi:10.1017/S0266466611000247).
     """
-    sums = np.zeros((int(rays.limb.max()) + 1, int(rays.window.max()) + 1, 5))
-    np.add.at(sums, (rays.limb, rays.window), influence.T)
+    limbs, windows = int(rays.limb.max()) + 1, int(rays.window.max()) + 1
+    strip = rays.limb * windows + rays.window
+    sums = np.stack([np.bincount(strip, part, limbs * windows) for part in influence], axis=-1)
+    sums = sums.reshape(limbs, windows, len(influence))
     seen = np.any(sums != 0, axis=2)
+    if seen.sum(axis=1).max() < LEAST_WINDOWS:
+        return np.full((5, 5), np.nan)
     mean = sums.sum(axis=1, keepdims=True) / np.maximum(seen.sum(axis=1), 1)[:, None, None]
     away = np.where(seen[:, :, None], sums - mean, 0.0)  # a limb that lies off as a whole is no scatter
     alone = np.einsum("lwi,lwj->ij", away, away)

@@ -16,6 +16,7 @@ from vision.calibration.camera_turn import NO_TURN, CameraTurn
 from vision.calibration.rig import Rig
 from vision.geometry.camera import Camera
 from vision.light_planes import Decoder
+from vision.order_statistics import median, median_without_nan
 from vision.readings import SizeReading
 from vision.reasons import Reason
 from vision.sent_picture import Codes, SentPicture
@@ -44,7 +45,6 @@ Array = NDArray[np.float64]
 Result = TypeVar("Result")
 
 WINDOW_MM = 20.0  # chosen: length of a window, a strip along the bar; points within one may be correlated
-LEAST_WINDOWS = 2  # a single window shows no scatter along the bar, of which U is made
 WINDOW_AGREEMENT_PX = 0.5  # chosen: a window is kept if the median residual of every limb in it is at most half a pixel
 HIDDEN_SHARE = 0.4  # chosen: a limb with less than 40 % of the best limb's share of edge points counts as hidden
 LEAST_LIMBS = 3  # three tangent planes fix the cylinder
@@ -114,7 +114,7 @@ class TangentGauge:
         -------
         SizeReading
             Without a value: `no_bar`, `one_camera`, `several_bars`, `bar_too_short`, `edge_not_found`,
-            `edges_clipped`, `no_windows` (a region shorter than `LEAST_WINDOWS`), `fit_failed`, `views_disagree`,
+            `edges_clipped`, `no_windows` (edge points in one window alone), `fit_failed`, `views_disagree`,
             `implausible`. With a value: `some_edges_clipped`,
             `low_contrast`, `few_windows`, `limb_hidden`, `bar_head`, `bar_tail`, `shimmer`.
 
@@ -227,9 +227,7 @@ class TangentGauge:
 
     def _read(self, limbs: list[LimbPoints], cylinder: Array, reasons: Reason, known: Circumstances) -> SizeReading:
         region = self.rig.region_y_mm
-        total = round((region[1] - region[0]) / WINDOW_MM)
-        if total < LEAST_WINDOWS:
-            return SizeReading(reasons=reasons | Reason.NO_WINDOWS, windows_total=total)
+        total = max(1, round((region[1] - region[0]) / WINDOW_MM))
         stations = [self._stations(limb, cylinder) for limb in limbs]
         points = EdgePoints.from_limbs(limbs, stations, region[0], WINDOW_MM)
         rig = _turned(self.rig, known.turns)
@@ -239,6 +237,8 @@ class TangentGauge:
         if bent is None:
             return SizeReading(reasons=reasons | Reason.FIT_FAILED)
         fit = bent.fit
+        if not np.isfinite(fit.u_diameter_mm):
+            return SizeReading(reasons=reasons | Reason.NO_WINDOWS, windows_total=total)
         window_px = points.window_medians(fit.residual_px, total)
         kept = int(np.count_nonzero(np.all(np.abs(window_px) <= WINDOW_AGREEMENT_PX, axis=0)))
         wander_px = _wander_px(window_px)
@@ -290,12 +290,12 @@ def _width_mm(fit: CylinderFit, points: EdgePoints, view: int) -> float:
     sides = [agreeing & (points.side == side) for side in LIMB_SIDES]
     if not all(side.any() for side in sides):
         return float("nan")
-    return fit.diameter_mm + sum(float(np.median(fit.residual_px[one] / fit.pixel_per_mm[one])) for one in sides)
+    return fit.diameter_mm + sum(median(fit.residual_px[one] / fit.pixel_per_mm[one]) for one in sides)
 
 
 def _with_light(reading: SizeReading, limbs: list[LimbPoints]) -> SizeReading:
     """Add the limbs' exposure to a reading, with a value or without."""
-    bright = [float(np.median(limb.bright)) for limb in limbs if len(limb.bright)]
+    bright = [median(limb.bright) for limb in limbs if len(limb.bright)]
     return replace(
         reading,
         clipped_share=max(limb.clipped_share for limb in limbs),
@@ -319,7 +319,7 @@ def _reasons_of_limbs(limbs: list[LimbPoints], shown: list[int]) -> Reason:
     if len(shown) < len(limbs):
         reasons |= Reason.LIMB_HIDDEN
     for index in shown:
-        if np.median(limbs[index].bright) < WEAK_CONTRAST * np.median(limbs[index].dark):
+        if median(limbs[index].bright) < WEAK_CONTRAST * median(limbs[index].dark):
             reasons |= Reason.LOW_CONTRAST
     if any(limb.is_guess or limb.clipped_share > CLIPPED_FEW_SHARE for limb in limbs):
         reasons |= Reason.SOME_EDGES_CLIPPED
@@ -349,7 +349,7 @@ def _reasons_of_ends(fit: CylinderFit, points: EdgePoints, region_y_mm: tuple[fl
 def _reasons_of_fit(fit: CylinderFit, window_px: Array, region_y_mm: tuple[float, float]) -> Reason:
     _, z0, _, slope_z, radius_mm = fit.parameters
     reasons = Reason.NONE
-    if np.abs(np.nanmedian(window_px, axis=1)).max() > WORST_LIMB_PX:
+    if max(abs(median_without_nan(limb_px)) for limb_px in window_px) > WORST_LIMB_PX:
         reasons |= Reason.VIEWS_DISAGREE
     end_mm = np.abs(np.array(region_y_mm) * slope_z + z0 - radius_mm).max()
     on_rollers = end_mm <= OFF_ROLLERS_SHARE * 2 * radius_mm + OFF_ROLLERS_MM

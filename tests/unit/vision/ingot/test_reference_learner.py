@@ -8,7 +8,7 @@ from appliance.simulation.ingots.faces import LABELS, TYPICAL, face
 from appliance.training.rendered_ends import random_camera, rendered_end
 from vision.ingot.agreement import AGREED_FRAMES, Agreement
 from vision.ingot.classifiers.similarity import Comparison, circular, similarity
-from vision.ingot.classifiers.ssim import dual
+from vision.ingot.classifiers.ssim import dual, single
 from vision.ingot.reference_learner import ReferenceLearner
 from vision.ingot.sequential_decision import IngotFollower
 from vision.readings import OrientationReading
@@ -44,6 +44,20 @@ def test_references_follow_a_new_camera():
         assert 0 < sum(changed) < 20
         gained.append(accuracy(learner.current, seen[30:]) - before)
     assert np.mean(gained) >= 0.15
+
+
+@pytest.mark.parametrize("seed", [3, 9])
+def test_where_one_threshold_tells_nothing_no_reference_makes_it_worse(seed):
+    first, second = (image for image, _ in ends(seed, 2))
+    seen = [(darker_and_blurred(image), is_top) for image, is_top in ends(seed, 50)[2:]]
+    learner = ReferenceLearner((first, second), (first, second), "single")
+    for image, is_top in seen[:30]:
+        learner.add(image, is_top=is_top)
+    before, after = (
+        np.mean([(single(similarity(image, top)) == "top") == is_top for image, is_top in seen[30:]])
+        for top in (first, learner.current[0])
+    )
+    assert after >= before
 
 
 def with_corners(image, rng):

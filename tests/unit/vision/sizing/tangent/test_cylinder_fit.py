@@ -16,6 +16,14 @@ def test_tangent_rays_have_no_gap():
     np.testing.assert_allclose(gap, 0.0, atol=1e-9)
 
 
+@pytest.mark.parametrize(("windows", "known"), [(1, False), (2, True)])
+def test_rays_of_a_single_window_say_nothing_of_their_scatter(windows, known):
+    rays = tangent_rays(np.random.default_rng(4), noise_px=0.1)
+    fit = fit_cylinder(replace(rays, window=rays.window * windows // (rays.window.max() + 1)), START)
+    assert fit is not None
+    assert np.isfinite(fit.u_diameter_mm) == known
+
+
 def test_derivatives_are_those_of_the_gap():
     rays = tangent_rays()
     at = TRUTH + np.array([3.0, -2.0, 0.01, -0.02, 4.0])

@@ -51,6 +51,22 @@ def test_a_bar_is_measured_and_its_place_told(gauge, pair):
     assert reading.trust_limit == pytest.approx(100.0)
 
 
+def test_edges_in_one_window_alone_give_no_value_since_they_show_no_scatter(gauge, pair, monkeypatch):
+    monkeypatch.setattr("vision.sizing.tangent.gauge.WINDOW_MM", 600.0)
+    reading = gauge.measure(*pair)
+    assert Reason.NO_WINDOWS in reading.reasons
+    assert not reading.valid
+    assert np.isnan(reading.diameter_mm)
+
+
+@pytest.mark.parametrize("length_mm", [4.0, 12.0, 60.0])
+def test_a_region_of_few_millimetres_gives_no_value_and_raises_nothing(pair, length_mm):
+    short = replace(perfect_rig(default_rig()), region_y_mm=(-length_mm / 2, length_mm / 2))
+    reading = TangentGauge(short).measure(*pair)
+    assert not reading.valid
+    assert reading.reasons.forbids_value
+
+
 def test_grey_pictures_are_measured_as_well(gauge, pair):
     reading = gauge.measure(*(np.ascontiguousarray(picture[:, :, 2]) for picture in pair))
     assert reading.diameter_mm == pytest.approx(150.0, abs=0.15)
