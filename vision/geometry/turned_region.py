@@ -7,7 +7,7 @@ dissertation's rows, those of the undistorted picture, to show what the turn is 
 """
 
 from collections import OrderedDict
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import cv2
@@ -255,12 +255,12 @@ def whole_picture(camera: Camera, image: SentPicture | Codes) -> Region:
     return Region(maps, to_ideal, np.full((2, 3), np.nan), raw, camera)
 
 
-def resampled_region(picture: Picture, region: Region) -> Region:
+def resampled_region(picture: SentPicture | Picture, region: Region) -> Region:
     """Wrap an already resampled picture as a Region whose raw picture it is itself (identity camera).
 
     Parameters
     ----------
-    picture : ndarray of uint8, shape of `region.picture`
+    picture : SentPicture, or ndarray of uint8, shape of `region.picture`
         Has the pixels of `region`.
     region : Region
 
@@ -268,9 +268,29 @@ def resampled_region(picture: Picture, region: Region) -> Region:
     -------
     Region
     """
-    size = picture.shape[1], picture.shape[0]
-    camera = Camera(np.eye(3), np.zeros(5), np.eye(3), np.zeros(3), size)
-    return Region(None, np.eye(3), region.from_world, SentPicture.of(picture), camera)
+    sent = SentPicture.of(picture)
+    camera = Camera(np.eye(3), np.zeros(5), np.eye(3), np.zeros(3), sent.size)
+    return Region(None, np.eye(3), region.from_world, sent, camera)
+
+
+def luma_region(region: Region) -> Region:
+    """Region of the luma that its camera sent, in 8 bits of full range.
+
+    Parameters
+    ----------
+    region : Region
+        Of a picture whose luma is measured.
+
+    Returns
+    -------
+    Region
+        Grey.
+    """
+    raw = region.raw
+    scale = 255 / (raw.coding.white - raw.coding.black)
+    above = np.maximum(raw.measured[:, :, 0], raw.coding.black) - raw.coding.black
+    luma = np.rint(np.minimum(above * scale, 255)).astype(np.uint8)
+    return replace(region, raw=replace(raw, shown=luma))
 
 
 def fixed_point_map(camera: Camera, to_ideal: Array, shape: tuple[int, int], radius: float) -> Maps:
