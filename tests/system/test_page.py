@@ -278,11 +278,10 @@ def test_a_calibration_is_made_from_board_pictures_through_the_page(site, record
 def test_board_pictures_are_judged_live_in_the_page_and_stopped(site):
     """On the simulated mill there is no board before the cameras, and so that is what is said until it is stopped."""
     page = site.pages[Role.ENGINEER]
-    go(page, f"{site.address}/commission")
-    opened = page.locator("#take_boards").is_visible()
-    if not opened:
-        page.click("summary:has-text('Take them here')")
-    page.locator("form:has(#take_boards) input[name=folder]").fill("monday")
+    go(page, f"{site.address}/set?language=en&light=day&back=commission")
+    if not page.locator("#take_boards").is_visible():
+        page.click("#take_here")
+    page.fill("details:has(#take_here) input[name=folder]", "monday")
     page.click("#take_boards")
     expect(page.locator("#capture pre")).to_contain_text("0 of 15 poses; left: no", timeout=20_000)
     if SCREENSHOTS:

@@ -123,7 +123,7 @@ def act(commissioning: Commissioning, step: str, form: Mapping[str, str], who: s
     if step == "capture":
         what = form.get("what", "")
         is_pose = what == "boards"
-        length_mm = _length(form, "square" if is_pose else "height", least_mm=1.0 if is_pose else LEAST_HEIGHT_MM)
+        length_mm = _length(form, "square" if is_pose else what, least_mm=1.0 if is_pose else LEAST_HEIGHT_MM)
         commissioning.board_pictures.begin(name, what, form.get("squares", ""), length_mm)
     elif step == "stop":
         commissioning.board_pictures.stop()
