@@ -10,6 +10,8 @@ from appliance.page import board_pictures
 from appliance.page.board_pictures import LINES_KEPT, BoardPictures, BoardPicturesError
 from plc.security.roles import Role
 
+PYTHON = sys.executable  # which the tests replace
+
 # says what it was asked for and how it goes on, until it is stopped as by Ctrl-C
 PROGRAM = """
 import sys, time
@@ -25,7 +27,7 @@ except KeyboardInterrupt:
 @pytest.fixture(autouse=True)
 def program(monkeypatch, tmp_path):
     file = tmp_path / "hotgauge"
-    file.write_text(f"#!{sys.executable}\n{PROGRAM}")
+    file.write_text(f"#!{PYTHON}\n{PROGRAM}")
     file.chmod(0o700)
     monkeypatch.setattr(board_pictures.sys, "executable", str(file))
     return file
@@ -86,7 +88,7 @@ def test_the_registration_board_is_taken_at_its_height_from_the_cameras_of_the_s
 
 
 def test_of_many_lines_the_last_are_kept(program, tmp_path):
-    program.write_text(f"#!{sys.executable}\nfor number in range(100): print('line', number)\n")
+    program.write_text(f"#!{PYTHON}\nfor number in range(100): print('line', number)\n")
     pictures = BoardPictures(tmp_path, None)
     pictures.begin("monday", "boards", "8x5", 50.0)
     wait(lambda: not pictures.running and pictures.lines[-1:] == ["line 99"])
