@@ -48,6 +48,7 @@ study: $(VENV)/installed-dev
 	PYTHONPATH=$(TEST_PATH) $(BIN)/python -m studies
 
 bench: $(VENV)/installed-dev $(CONTRIB)/installed
+	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks/pair.py
 	PYTHONPATH=$(TEST_PATH) $(BIN)/python benchmarks
 
 figures: $(VENV)/installed-dev

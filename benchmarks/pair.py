@@ -9,7 +9,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import cv2
-import numba
 import numpy as np
 from mill_scenes import perfect_rig
 from timing import Times, timed
@@ -27,6 +26,7 @@ from vision.sizing.gauge import Gauge
 SIZES = ((800, 600), (1300, 800), (2704, 1520))
 BARS_MM = (100.0, 180.0, 260.0)
 ROUNDS = 15
+OPENCV_THREADS = (1, 2)
 
 
 def canny_and_lines(left: np.ndarray, right: np.ndarray) -> None:
@@ -63,22 +63,25 @@ def stages(gauge: Gauge, pair: tuple[np.ndarray, np.ndarray]) -> dict[str, Times
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--threads", type=int, choices=(1, 2), default=2, help="threads of OpenCV and of our kernels")
-    threads = parser.parse_args().threads
-    cv2.setNumThreads(threads)
-    numba.set_num_threads(min(threads, numba.config.NUMBA_NUM_THREADS))
+    argparse.ArgumentParser(description=__doc__.splitlines()[0]).parse_args()
     for size in SIZES:
         true_rig = default_rig(size)
         scene = Scene(true_rig, seed=1)
         gauge = Gauge(rig_with_marks(scene, true_rig))
         pairs = [scene.pair(Bar(diameter_mm), 0) for diameter_mm in BARS_MM]
         stages(gauge, pairs[0])  # compiles
-        rounds = [stages(gauge, pairs[number % len(pairs)]) for number in range(ROUNDS)]
-        print(f"{size[0]} x {size[1]}: median ms a pair, on the clock and of the processor")
-        for stage in rounds[0]:
-            median = Times.median([one[stage] for one in rounds])
-            print(f"  {stage:<24} {median.clock_ms:8.1f} {median.processor_ms:8.1f}", flush=True)
+        medians = {threads: median_stages(gauge, pairs, threads) for threads in OPENCV_THREADS}
+        print(f"{size[0]} x {size[1]}: median ms a pair, on the clock and of the processor, {OPENCV_THREADS} threads")
+        for stage in medians[1]:
+            both = (f"{median[stage].clock_ms:8.1f} {median[stage].processor_ms:8.1f}" for median in medians.values())
+            print(f"  {stage:<24} {'   '.join(both)}", flush=True)
+
+
+def median_stages(gauge: Gauge, pairs: list[tuple[np.ndarray, np.ndarray]], threads: int) -> dict[str, Times]:
+    """Medians over all rounds; `threads` are OpenCV's, beside the gauge's own two."""
+    cv2.setNumThreads(threads)
+    rounds = [stages(gauge, pairs[number % len(pairs)]) for number in range(ROUNDS)]
+    return {stage: Times.median([one[stage] for one in rounds]) for stage in rounds[0]}
 
 
 def rig_with_marks(scene: Scene, true_rig: TrueRig) -> Rig:

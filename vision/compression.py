@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy import special
 
 from vision.light_planes import LightPlane
+from vision.order_statistics import median_without_nan
 from vision.sent_picture import Coding
 
 Array = NDArray[np.float64]
@@ -38,6 +39,12 @@ VIDEO = CodeSmoothing(0.67, 1.27, 0.73)
 USUAL_BLUR_PX = 0.8
 INTERPOLATION_VARIANCE_PX2 = 1 / 6  # of linear interpolation between pixels, over all places between them
 LARGEST_SHARE = 0.5
+# Place of a whole straight edge, standard deviation over q / A, pixels (docs/studies/coded_edges.json): JPEG rounds
+# to either side; x264 also leaves out what it deems invisible, predicts blocks from their neighbours and smooths them.
+PLACE_JPEG_PX, PLACE_VIDEO_PX = 0.2, 0.8
+CROSSED_POWER = 0.75  # of the blocks that a slanted edge crosses, by which that falls
+BLOCK_PX = 8  # side of a transform block (ITU-T T.81, H.264)
+TOGETHER_PX = 4.0  # over which errors of a coder go together: side of H.264's smallest block
 JPEG_STEP = 24.0  # of the luma table at quality 50: its middle frequencies (ITU-T T.81, K.1)
 USUAL_JPEG_QUALITY = 85  # of a file that does not tell
 USUAL_QUANTISER = 30  # of a stream that does not tell: at edges, about CRF 23
@@ -88,6 +95,60 @@ def code_smoothing(coding: Coding, step_codes: float, blur_px: float) -> tuple[f
     return share, share * (U_UNTOLD_SHARE if coding.quality is None else U_JPEG_SHARE)
 
 
+def u_place_px(coding: Coding, step_codes: float, crossed_px: float) -> float:
+    """Standard uncertainty of the place of a whole edge by what a coder left out of it.
+
+    Errors repeat where the edge lies alike in its blocks; a slanted edge passes through all places, and they average
+    out over the blocks that it crosses.
+
+    Parameters
+    ----------
+    coding : Coding
+    step_codes : float
+        Of the edge, in code values of 8 bits.
+    crossed_px : float
+        By which the edge leans from end to end: columns that an upright edge crosses.
+
+    Returns
+    -------
+    float
+        Pixels; 0 without compression, infinite without an edge.
+    """
+    if coding.compression == "none":
+        return 0.0
+    if not step_codes > 0.0:
+        return float("inf")
+    factor_px = PLACE_JPEG_PX if coding.compression == "jpeg" else PLACE_VIDEO_PX
+    return factor_px * quantiser_step(coding) / step_codes * float(1 + crossed_px / BLOCK_PX) ** -CROSSED_POWER
+
+
+def correlated_px(coding: Coding) -> float:
+    """Distance over which errors of a picture go together: of neighbouring pixels, or of a coder's block."""
+    return 1.0 if coding.compression == "none" else TOGETHER_PX
+
+
+def step_codes(coding: Coding, plane: LightPlane, levels: tuple[Array, Array]) -> float:
+    """Step of an edge in code values of 8 bits; NaN where it is unknown.
+
+    Parameters
+    ----------
+    coding : Coding
+    plane : LightPlane
+        In which the edge was located.
+    levels : tuple of ndarray of float64, shape (n,)
+        Light on its dark and on its bright side; NaN where unknown.
+    """
+    return float(np.diff(_codes(plane, _medians(levels)))[0]) / 2 ** (coding.bits - 8)
+
+
+def _medians(levels: tuple[Array, Array]) -> Array:
+    return np.array([median_without_nan(level) if np.isfinite(level).any() else np.nan for level in levels])
+
+
+def _codes(plane: LightPlane, light: Array) -> Array:
+    return np.interp(light, plane.table[0], np.arange(len(plane.table[0])))
+
+
 def compression_shift_px(
     coding: Coding, plane: LightPlane, levels: tuple[Array, Array], blur_px: float
 ) -> tuple[float, float]:
@@ -108,13 +169,14 @@ def compression_shift_px(
     tuple of float
         Pixels, and their standard uncertainty.
     """
-    dark, bright = (float(np.nanmedian(level)) if np.isfinite(level).any() else np.nan for level in levels)
-    if coding.compression == "none" or not (dark < bright and np.isfinite(blur_px)):
+    if coding.compression == "none":
         return 0.0, 0.0
-    light = plane.table[0]
-    codes = np.interp([dark, bright], light, np.arange(len(light)))
-    middle = np.interp(codes.mean(), np.arange(len(light)), light)
+    dark, bright = _medians(levels).tolist()
+    if not (dark < bright and np.isfinite(blur_px)):
+        return 0.0, 0.0
+    codes = _codes(plane, np.array([dark, bright]))
+    middle = np.interp(codes.mean(), np.arange(len(plane.table[0])), plane.table[0])
     lens_px = float(np.sqrt(max(blur_px**2 - INTERPOLATION_VARIANCE_PX2, 0.0)))
-    share, u_share = code_smoothing(coding, float(np.diff(codes)[0]) / 2 ** (coding.bits - 8), lens_px)
+    share, u_share = code_smoothing(coding, step_codes(coding, plane, levels), lens_px)
     away_px = float(-lens_px * special.ndtri(np.clip((middle - dark) / (bright - dark), 0.01, 0.99)))
     return share * away_px, u_share * abs(away_px)

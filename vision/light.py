@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from vision.order_statistics import median
+
 CLIPPED_CODE = 250  # chosen: from this 8-bit code value on a channel counts as overexposed, its light as lost
 NamedResponse = Literal["srgb", "linear", "gamma 2.2"]
 NAMED_RESPONSES: tuple[NamedResponse, ...] = get_args(NamedResponse)
@@ -179,7 +181,7 @@ def half_level_doubts_px(response: Response, levels: tuple[Array, Array], blur_p
     ndarray of float64, shape (p,)
         See `half_level_share`.
     """
-    dark, bright = (np.median(level) for level in levels)
+    dark, bright = (median(level) for level in levels)
     share = half_level_share(response, np.array([max(dark, 0.0)]), np.array([bright]))[0]
     return blur_px * special.ndtri(np.clip(0.5 + share, 0.01, 0.99))
 

@@ -57,6 +57,14 @@ def check_picture(name: str, picture: NDArray[Any], image_size: tuple[int, int] 
         )
 
 
+def brightest_channel(picture: Picture) -> Picture:
+    """The largest code value of each pixel of a picture, grey or with three channels."""
+    if picture.ndim == 2:
+        return picture
+    blue, green, red = cv2.split(picture)  # numpy's maximum over the last axis takes 20 times longer
+    return np.asarray(cv2.max(cv2.max(blue, green), red), dtype=np.uint8)
+
+
 def grey(picture: Picture) -> Picture:
     """Grey picture, shape (rows, columns), of a grey or blue-green-red one: 0.299 R + 0.587 G + 0.114 B."""
     return picture if picture.ndim == 2 else np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.uint8)

@@ -31,7 +31,7 @@ class KeptExposure(NamedTuple):
     @property
     def pictures(self) -> tuple[SentPicture, ...]:
         """Its pictures with their coding, left first."""
-        return tuple(SentPicture.of(picture) for picture in self.exposed.pictures)
+        return self.exposed.pictures
 
     @property
     def size_bytes(self) -> int:

@@ -11,12 +11,10 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple
 from appliance.settings.section import Section
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from appliance.cameras.source import PairSource, PictureSource
     from vision.calibration.rig import Rig
     from vision.ingot.orientation_reader import IngotView
+    from vision.sent_picture import SentPicture
 
 
 class EmptyLine(NamedTuple):
@@ -24,13 +22,16 @@ class EmptyLine(NamedTuple):
 
     Attributes
     ----------
-    pictures : list of ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+    pictures : list of SentPicture
     name : str
         Where they come from, for sentences.
+    content : bytes
+        Of the file that holds the only picture; empty where the camera has its own pictures of the line.
     """
 
-    pictures: "list[NDArray[np.uint8]]"
+    pictures: "list[SentPicture]"
     name: str
+    content: bytes = b""
 
 
 class PairCamera(Section, ABC):

@@ -127,7 +127,7 @@ class Frame:
     truth : dict or None
         True values of a simulated scene (`state`, `label`, ...); never read by a gauge.
     sent : SentPicture or None
-        The picture with its coding, where that is more than `picture` tells; read by `hotgauge capture` only.
+        The picture with its coding, where that is more than `picture` tells.
     """
 
     picture: NDArray[np.uint8]
@@ -144,9 +144,9 @@ class Frame:
     sent: SentPicture | None = field(default=None, compare=False)
 
     @property
-    def pictures(self) -> tuple[NDArray[np.uint8]]:
+    def pictures(self) -> tuple[SentPicture]:
         """The picture as a gauge of a single camera measures it."""
-        return (self.picture,)
+        return (self.sent or SentPicture.of(self.picture),)
 
 
 class PairSource(Protocol):

@@ -124,7 +124,7 @@ class _Recorder:
 
     def add(self, exposed: FramePair | Frame) -> None:
         """Store an exposure; raises `CaptureError` where it cannot be written."""
-        pictures = _pictures(exposed)
+        pictures = exposed.pictures
         if self._first is None:
             self._first = exposed
             self.size = pictures[0].size
@@ -150,12 +150,6 @@ class _Recorder:
 def _is_told_apart(coding: Coding) -> bool:
     """Whether a coding is stored: a PNG of limited range was stretched, so that its code values are others."""
     return coding not in PLAIN_CODINGS and (coding.samples == "luma" or coding.full_range)
-
-
-def _pictures(exposed: FramePair | Frame) -> tuple[SentPicture, ...]:
-    if isinstance(exposed, FramePair):
-        return exposed.pictures
-    return (exposed.sent or SentPicture.of(exposed.picture),)
 
 
 def _track(place: Path, picture: SentPicture) -> _Track:

@@ -64,7 +64,8 @@ def orient_recording(
         write_frame, write_ingot = _writers(output, files)
         follower = IngotFollower(decision_rule(settings.decision))
         reader = None
-        for frame, picture in tqdm(frames, unit="frame", disable=None):
+        for frame, sent in tqdm(frames, unit="frame", disable=None):
+            picture = sent.shown
             reader = reader or make_reader(settings, view, picture)
             reading = reader.read(picture)
             summary.add_frame(reading)

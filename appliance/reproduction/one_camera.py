@@ -109,7 +109,7 @@ def _times_ms(rig: Any, picture: Any) -> list[float]:
     """Times of algorithms 8, 9 and 10 on one frame, as printed, the second time that they run."""
     region = picture_region(rig.left, picture, rig.region_y_mm)
     rows = PRINTED_PARAMETERS.window_rows
-    windows = region.picture.shape[0] // rows
+    windows = region.shape[0] // rows
     times: list[float] = []
     for _ in range(2):
         started = time.perf_counter()

@@ -53,7 +53,7 @@ def _exposures(recording: Path) -> Iterator[FramePair | Frame]:
     """Exposures of two cameras or of one, as the gauge had them; moments do not count."""
     if not (recording / SIDES[0]).is_dir():
         for number, picture in PictureRecording(recording):
-            yield Frame(picture, number, 0.0, 0)
+            yield Frame(picture.shown, number, 0.0, 0, sent=picture)
         return
     stamps = read_stamps(recording)
     for number, left, right in Recording(recording):

@@ -125,7 +125,7 @@ def recorded_ingots():
     roi = json.loads((line / "roi.json").read_text())["roi_crop"]
     for folder in sorted(line.glob("seq*")):
         states = [row["state"] for row in csv.DictReader((folder / "truth.csv").read_text().splitlines())]
-        pictures = (picture for _, picture in PictureRecording(folder))
+        pictures = (picture.shown for _, picture in PictureRecording(folder))
         yield from at_half_way(zip(pictures, states, strict=True), roi)
 
 

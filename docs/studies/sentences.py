@@ -151,6 +151,12 @@ def _codings() -> Numbers:
     return _hundredths(*map(abs, values))
 
 
+def _jpeg() -> Numbers:
+    found = summary("served_diameter")["jpeg 4:2:0 q90"]
+    covered = (found["covered"], found["covered_standard_error"])
+    return (str(found["frames"]), *_hundredths(found["rmse_mm"]), *_whole(*covered))
+
+
 def _fit_of_compression() -> Numbers:
     laws = [summary("compression")[name] for name in ("jpeg", "h264")]
     return (*_hundredths(*(one for law in laws for one in law["fitted"])), *_whole(*(law["off"] for law in laws)))
@@ -222,6 +228,11 @@ SENTENCES = (
         CAMERAS,
         _codings,
         "{} mm too small with U {} mm for JPEG of quality 90, {} mm with U {} mm for H.264 of CRF 28",
+    ),
+    Sentence(
+        CAMERAS,
+        _jpeg,
+        "Over {} rigs whose response is told, JPEG 4:2:0 of quality 90 gives an RMSE of {} mm and {} ± {} % inside U",
     ),
     Sentence(PLC, _bars_inside_and_rigs, "of three and four bars {} and {} % of the values lay inside ({} rigs;"),
     Sentence(

@@ -14,7 +14,7 @@ TEXT = (
     "that when the study began."
 )
 REPEATABLE = False  # times of a computer and a day
-RECORDINGS, PAIRS = 24, 20
+RECORDINGS, PAIRS = 12, 20
 
 
 def cases():

@@ -30,8 +30,9 @@ TEXT = (
 )
 REPEATABLE = False  # times of a computer and a day
 CHUNK = 1
-TIME_S = 20.0
+TIME_S = 10.0
 FAULT_WITHIN_S = 30.0
+OVER_WITHIN_S = 90.0  # damage stays a fault for a minute
 ACKNOWLEDGE = next(row.address for row in REGISTERS if row.name == "acknowledge")
 FAULTS = {"full": "history_not_written", "read_only": "history_not_written", "rubbish": "history_damaged"}
 DISK = 'mount -t tmpfs -o size=2m none "$0" && exec "$@"'
@@ -71,7 +72,7 @@ def main():
             fault_s = plc.first(begun_s, lambda seen: FAULTS[what] in seen.faults, FAULT_WITHIN_S).at_s - begun_s
             during = _undisturbed(wire, plc)
             ended_s = _end(what, folder / "disk", wire)
-            over_s = plc.first(ended_s, lambda seen: not seen.faults, FAULT_WITHIN_S).at_s - ended_s
+            over_s = plc.first(ended_s, lambda seen: FAULTS[what] not in seen.faults, OVER_WITHIN_S).at_s - ended_s
             found = found or _undisturbed(wire, plc)
     times = {"fault_after_s": round(fault_s, 1), "over_after_s": round(over_s, 1)}
     print(json.dumps({"without": found, "during": during} | times | {"load": round(os.getloadavg()[0], 1)}))

@@ -184,11 +184,12 @@ def test_systemd_has_nothing_to_say_about_the_unit(staged, unit):
     assert said.returncode == 0
 
 
-@pytest.mark.parametrize("unit", [UNIT, PAGE_UNIT], ids=["gauge", "page"])
-def test_the_unit_is_exposed_as_little_as_promised(staged, unit):
+@pytest.mark.parametrize(("unit", "most"), [(UNIT, 1.8), (PAGE_UNIT, 1.6)], ids=["gauge", "page"])
+def test_the_unit_is_exposed_as_little_as_promised(staged, unit, most):
+    """Of 10, as systemd-analyze counts; 0.2 of it is setpriority, which it counts as all of @resources."""
     words = ["systemd-analyze", "security", "--offline=true", "--no-pager", staged / unit]
     said = subprocess.run(words, capture_output=True, text=True, check=False).stdout
-    assert float(re.search(r"Overall exposure level.*: ([\d.]+)", said)[1]) <= 1.6
+    assert float(re.search(r"Overall exposure level.*: ([\d.]+)", said)[1]) <= most
 
 
 def test_a_job_of_the_page_that_needs_too_much_memory_ends_alone_and_the_cache_can_be_written(staged):

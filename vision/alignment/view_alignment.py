@@ -80,7 +80,7 @@ class Alignment:
         """Rows of the left region within P_re of the board's middle, P_re a quarter of the region (algorithm 12)."""
         corners, _ = self.boards.corners(height_mm, projective=self.projective, slope=self.slope)
         middle = float(transformed(solved(self.left.to_ideal, np.eye(3)), corners)[:, 1].mean())
-        rows = self.left.picture.shape[0]
+        rows = self.left.shape[0]
         middle = min(max(middle, rows / 4), 3 * rows / 4)
         return np.arange(math.ceil(middle - rows / 4), math.floor(middle + rows / 4) + 1, dtype=np.float64)
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vision.calibration.json_fields import Fields
+from vision.order_statistics import column_medians, median
 from vision.pictures import grey
 
 Array = NDArray[np.float64]
@@ -175,8 +176,8 @@ def _smooth_grey(picture: Picture) -> NDArray[np.float32]:
 
 def _around(picture: NDArray[Any], place: NDArray[np.int64], half: int) -> NDArray[Any]:
     """What a square around a place shows, less where it leaves the picture."""
-    (left, top), (right, bottom) = np.maximum(place - half, 0), np.maximum(place + half + 1, 0)
-    return picture[top:bottom, left:right]
+    x, y = place.tolist()
+    return picture[max(y - half, 0) : max(y + half + 1, 0), max(x - half, 0) : max(x + half + 1, 0)]
 
 
 def _motion_within(marks: Marks, picture: Picture | NDArray[np.float32], search_px: int) -> MarksMotion:
@@ -209,8 +210,8 @@ def _shift_px(
     if not (LEAST_CORRELATION <= best <= 1.001 and 0 < column < columns - 1 and 0 < row < rows - 1):
         return None
     across, down = alike[row, column - 1 : column + 2], alike[row - 1 : row + 2, column]
-    begins = np.minimum(place - half_px, search_px)  # of the search, before the patch's own place
-    return np.array([column + _peak(across), row + _peak(down)]) - begins
+    left, top = (min(at - half_px, search_px) for at in place.tolist())  # of the search, before the patch's own place
+    return np.array([column + _peak(across) - left, row + _peak(down) - top])
 
 
 def _peak(three: NDArray[Any]) -> float:
@@ -224,11 +225,11 @@ def _agreed_motion(place: Array, shift: Array) -> MarksMotion:
     x, y = (place - place.mean(axis=0)).T
     none, one = np.zeros_like(x), np.ones_like(x)
     design = np.concatenate([np.column_stack([one, none, -y]), np.column_stack([none, one, x])])
-    motion = np.array([*np.median(shift, axis=0), 0.0])
+    motion = np.array([*column_medians(shift), 0.0])
     agrees = np.ones(len(x), bool)
     for _ in range(4):
         off = np.hypot(*(shift.T.ravel() - design @ motion).reshape(2, -1))
-        agrees = off <= max(AGREEMENT_PX, float(np.median(off)))
+        agrees = off <= max(AGREEMENT_PX, median(off))
         both = np.tile(agrees, 2)
         motion = np.linalg.lstsq(design[both], shift.T.ravel()[both], rcond=None)[0]
     off = (shift.T.ravel() - design @ motion).reshape(2, -1)[:, agrees]

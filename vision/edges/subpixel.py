@@ -12,6 +12,8 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy import special
 
+from vision.order_statistics import column_medians, median, median_without_nan, quantiles
+
 Array = NDArray[np.float64]
 
 PLATEAU_PX = 2.0  # chosen: width over which the light on either side of the edge is averaged
@@ -117,7 +119,7 @@ def edge_shading(profile: Array, offsets_px: Array, crossings: Crossings, blur_p
     with np.errstate(divide="ignore", invalid="ignore"):
         k = rise / (crossings.bright - crossings.dark) / (deeper_root - root)
     found = k[np.isfinite(k)]
-    return float(np.median(found) * (root - SHADED_BLUR_ROOT * np.sqrt(blur_px))) if found.size else 0.0
+    return float(median(found) * (root - SHADED_BLUR_ROOT * np.sqrt(blur_px))) if found.size else 0.0
 
 
 def edge_blur_px(profile: Array, offsets_px: Array, place_px: Array) -> float:
@@ -142,7 +144,7 @@ def edge_blur_px(profile: Array, offsets_px: Array, place_px: Array) -> float:
     around = around[np.isfinite(around).all(axis=1)]
     if not len(around):
         return np.nan
-    level = np.median(around, axis=0)
+    level = column_medians(around)
     steepness = np.clip((level[2] - level[1]) / max(level[3] - level[0], 1e-9), 1e-3, 1 - 1e-6)
     return float(near / (np.sqrt(2) * special.erfinv(steepness)))
 
@@ -209,17 +211,17 @@ def fitted_edges(
     place, step, misfit = _fit(profile, *_grid(offsets_px), *levels, shape, outwards, inwards)
     found = np.isfinite(misfit)
     if found.any():
-        place[misfit > max(MISFIT_SHARE, MISFIT_FACTOR * float(np.median(misfit[found])))] = np.nan
+        place[misfit > max(MISFIT_SHARE, MISFIT_FACTOR * median(misfit[found]))] = np.nan
     off = _unevenness(profile, offsets_px, place, crossings.dark, step, blur_px)
     found = np.isfinite(off)
     uneven_share = 0.0
     if found.any():
-        quiet, enough = np.quantile(off[found], [QUIET_SHARE, LEAST_KEPT_SHARE])
+        quiet, enough = quantiles(off[found], (QUIET_SHARE, LEAST_KEPT_SHARE))
         most = float(np.clip(NOISE_FACTOR * quiet, LEAST_UNEVENNESS, MOST_UNEVENNESS))
         uneven_share = float(np.mean(off[found] > most))
         place[~(off <= max(most, enough))] = np.nan
     moved = (place - crossings.place_px)[even]
-    return place - (np.median(moved[np.isfinite(moved)]) if np.isfinite(moved).any() else 0.0), step, uneven_share
+    return place - (median(moved[np.isfinite(moved)]) if np.isfinite(moved).any() else 0.0), step, uneven_share
 
 
 def _shape(profile: Array, offsets_px: Array, crossings: Crossings, even: NDArray[np.intp]) -> Array:
@@ -227,7 +229,7 @@ def _shape(profile: Array, offsets_px: Array, crossings: Crossings, even: NDArra
     places = np.arange(-SHAPE_HALF_LENGTH_PX, SHAPE_HALF_LENGTH_PX + SHAPE_STEP_PX / 2, SHAPE_STEP_PX)
     around = _around(profile[even], *_grid(offsets_px), crossings.place_px[even], places)
     step = crossings.bright[even, None] - crossings.dark[even, None]
-    return np.median((around - crossings.dark[even, None]) / step, axis=0)
+    return column_medians((around - crossings.dark[even, None]) / step)
 
 
 def _unevenness(profile: Array, offsets_px: Array, place: Array, dark: Array, step: Array, blur_px: float) -> Array:
@@ -238,7 +240,7 @@ def _unevenness(profile: Array, offsets_px: Array, place: Array, dark: Array, st
     reach = _reach(blur_px)
     spans = (reach, reach + PLATEAU_PX), (reach + PLATEAU_PX, reach + PLATEAU_PX + DEEPER_PLATEAU_PX)
     behind, deeper = ((_levels(profile, *_grid(offsets_px), place, 1, *span) - dark) / step for span in spans)
-    usual = np.nanmedian(behind) if np.isfinite(behind).any() else 1.0
+    usual = median_without_nan(behind) if np.isfinite(behind).any() else 1.0
     return np.maximum(np.abs(behind - usual), np.abs(deeper - behind))
 
 
@@ -265,8 +267,8 @@ def _outermost(profile: Array, offsets_px: Array, reach: float) -> Array:
     whole = profile[np.isfinite(profile).all(axis=1)]
     if not len(whole):
         return np.full(len(profile), np.nan)
-    dark = np.median(whole[:, offsets_px < offsets_px[inner][0]])
-    bright = np.median(whole[:, offsets_px > offsets_px[inner][-1]])
+    dark = median(whole[:, offsets_px < offsets_px[inner][0]])
+    bright = median(whole[:, offsets_px > offsets_px[inner][-1]])
     above = profile[:, inner] > dark + CLEAR_RISE_SHARE * (bright - dark)
     return offsets_px[inner][np.argmax(above, axis=1)]
 

@@ -81,13 +81,20 @@ def _ridges(strength: Floats, normal_rad: Floats, radius_px: int) -> Floats:
             if here <= 0:
                 continue
             across, down = np.cos(normal_rad[row, column]), np.sin(normal_rad[row, column])
-            highest = np.float32(0)
-            for step in range(1, radius_px + 1):
-                for side in (-step, step):
-                    highest = max(highest, _between(strength, row + side * down, column + side * across))
-            if here * PLATEAU_TOLERANCE >= highest:
+            if _is_highest(strength, row, column, down, across, radius_px):
                 kept[row, column] = here
     return kept
+
+
+@njit(nogil=True, cache=True)
+def _is_highest(strength: Floats, row: int, column: int, down: float, across: float, radius_px: int) -> bool:
+    """Whether nothing across the edge, up to so many pixels away, is clearly stronger."""
+    most = strength[row, column] * PLATEAU_TOLERANCE
+    for step in range(1, radius_px + 1):
+        for side in (-step, step):
+            if _between(strength, row + side * down, column + side * across) > most:
+                return False
+    return True
 
 
 @njit(nogil=True, cache=True)

@@ -7,7 +7,8 @@ dissertation's rows, those of the undistorted picture, to show what the turn is 
 """
 
 from collections import OrderedDict
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -28,14 +29,14 @@ BLOCK_COLUMNS = 64  # columns come in whole blocks, so that the map of a bar tha
 KEPT_MAPS = 4  # maps kept per camera
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Region:
-    """One view, resampled.
+    """One view, resampled where someone looks at it: edges need strips of it, overlays and fusion the whole picture.
 
     Attributes
     ----------
-    picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
-        0 where the camera sees nothing.
+    maps : tuple of two ndarray, or None
+        Place of each pixel in the raw picture, see `fixed_point_map`; None: the raw picture's pixels are the region's.
     to_ideal : ndarray of float64, shape (3, 3)
         Homography from (column, row) to the camera's ideal points (x/z, y/z).
     from_world : ndarray of float64, shape (2, 3)
@@ -45,11 +46,46 @@ class Region:
     camera : Camera
     """
 
-    picture: Picture
+    maps: Maps | None
     to_ideal: Array
     from_world: Array
     raw: SentPicture
     camera: Camera
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(rows, columns)."""
+        rows, columns = (self.raw.shown if self.maps is None else self.maps[1]).shape[:2]
+        return rows, columns
+
+    @cached_property
+    def picture(self) -> Picture:
+        """The whole picture as shown, shape (rows, columns) or (rows, columns, 3); 0 where the camera sees nothing."""
+        return self.part(slice(None))
+
+    def part(self, columns: slice) -> Picture:
+        """Some columns of `picture`."""
+        if self.maps is None:
+            return self.raw.shown[:, columns]
+        whole, part = (each[:, columns] for each in self.maps)
+        return np.asarray(cv2.remap(self.raw.shown, whole, part, cv2.INTER_LINEAR), dtype=np.uint8)
+
+    def at(self, columns: NDArray[np.int64]) -> Picture:
+        """`picture` at k columns of each row.
+
+        Parameters
+        ----------
+        columns : ndarray of int64, shape (rows, k)
+
+        Returns
+        -------
+        ndarray of uint8, shape (rows, k) or (rows, k, 3)
+        """
+        rows = np.arange(len(columns))[:, None]
+        if self.maps is None:
+            return self.raw.shown[rows, columns]
+        whole, part = (each[rows, columns] for each in self.maps)
+        return np.asarray(cv2.remap(self.raw.shown, whole, part, cv2.INTER_LINEAR), dtype=np.uint8)
 
     def light(self, rows: NDArray[np.int64], columns: Array, plane: LightPlane) -> Array:
         """Linear light of the raw picture at places of the region, bilinear between raw pixels.
@@ -110,9 +146,9 @@ class Region:
     def _maps_on(self, other: "Region", to_other: Array) -> Maps:
         to_ideal = self.to_ideal @ np.linalg.inv(to_other)
         # a homography is known up to its sign; the depths that it gives must be positive
-        middle = np.array([other.picture.shape[1] / 2, other.picture.shape[0] / 2, 1.0])
+        middle = np.array([other.shape[1] / 2, other.shape[0] / 2, 1.0])
         to_ideal *= np.sign(to_ideal[2] @ middle)
-        return fixed_point_map(self.camera, to_ideal, other.picture.shape[:2], farthest_ideal_radius(self.camera))
+        return fixed_point_map(self.camera, to_ideal, other.shape, farthest_ideal_radius(self.camera))
 
 
 class RegionSampler:
@@ -159,14 +195,8 @@ class RegionSampler:
         to_ideal = np.column_stack([R[:, 0], R[:, 1], R[:, 2] * PLANE_HEIGHT_MM + t]) @ to_world
         columns = (max(last, first + 1) - first) * BLOCK_COLUMNS
         maps = self._map((turn, first, columns), to_ideal)
-        raw = SentPicture.of(image)
-        return Region(
-            _remapped(raw.shown, maps),
-            to_ideal,
-            np.asarray(np.linalg.inv(to_world), dtype=np.float64)[:2],
-            raw,
-            self._camera,
-        )
+        from_world = np.asarray(np.linalg.inv(to_world), dtype=np.float64)[:2]
+        return Region(maps, to_ideal, from_world, SentPicture.of(image), self._camera)
 
     def _to_world(self, turn: float, first_mm: float) -> Array:
         """Homography from (column, row) to (x, y), mm, on the plane."""
@@ -204,8 +234,7 @@ def picture_region(camera: Camera, image: SentPicture | Codes, region_y_mm: tupl
     moved = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, low], [0.0, 0.0, 1.0]])
     to_ideal = np.asarray(np.linalg.solve(camera.K, moved), dtype=np.float64)
     maps = fixed_point_map(camera, to_ideal, (rows, width), farthest_ideal_radius(camera))
-    raw = SentPicture.of(image)
-    return Region(_remapped(raw.shown, maps), to_ideal, np.full((2, 3), np.nan), raw, camera)
+    return Region(maps, to_ideal, np.full((2, 3), np.nan), SentPicture.of(image), camera)
 
 
 def whole_picture(camera: Camera, image: SentPicture | Codes) -> Region:
@@ -223,15 +252,15 @@ def whole_picture(camera: Camera, image: SentPicture | Codes) -> Region:
     raw = SentPicture.of(image)
     to_ideal = np.asarray(np.linalg.inv(camera.K), dtype=np.float64)
     maps = fixed_point_map(camera, to_ideal, raw.shown.shape[:2], farthest_ideal_radius(camera))
-    return Region(_remapped(raw.shown, maps), to_ideal, np.full((2, 3), np.nan), raw, camera)
+    return Region(maps, to_ideal, np.full((2, 3), np.nan), raw, camera)
 
 
-def resampled_region(picture: Picture, region: Region) -> Region:
+def resampled_region(picture: SentPicture | Picture, region: Region) -> Region:
     """Wrap an already resampled picture as a Region whose raw picture it is itself (identity camera).
 
     Parameters
     ----------
-    picture : ndarray of uint8, shape of `region.picture`
+    picture : SentPicture, or ndarray of uint8, shape of `region.picture`
         Has the pixels of `region`.
     region : Region
 
@@ -239,9 +268,29 @@ def resampled_region(picture: Picture, region: Region) -> Region:
     -------
     Region
     """
-    size = picture.shape[1], picture.shape[0]
-    camera = Camera(np.eye(3), np.zeros(5), np.eye(3), np.zeros(3), size)
-    return Region(picture, np.eye(3), region.from_world, SentPicture.of(picture), camera)
+    sent = SentPicture.of(picture)
+    camera = Camera(np.eye(3), np.zeros(5), np.eye(3), np.zeros(3), sent.size)
+    return Region(None, np.eye(3), region.from_world, sent, camera)
+
+
+def luma_region(region: Region) -> Region:
+    """Region of the luma that its camera sent, in 8 bits of full range.
+
+    Parameters
+    ----------
+    region : Region
+        Of a picture whose luma is measured.
+
+    Returns
+    -------
+    Region
+        Grey.
+    """
+    raw = region.raw
+    scale = 255 / (raw.coding.white - raw.coding.black)
+    above = np.maximum(raw.measured[:, :, 0], raw.coding.black) - raw.coding.black
+    luma = np.rint(np.minimum(above * scale, 255)).astype(np.uint8)
+    return replace(region, raw=replace(raw, shown=luma))
 
 
 def fixed_point_map(camera: Camera, to_ideal: Array, shape: tuple[int, int], radius: float) -> Maps:
@@ -265,10 +314,6 @@ def fixed_point_map(camera: Camera, to_ideal: Array, shape: tuple[int, int], rad
     whole, part = np.empty((*shape, 2), dtype=np.int16), np.empty(shape, dtype=np.uint16)
     _fill_map(to_ideal, camera.dist, camera.K, radius**2, whole, part)
     return whole, part
-
-
-def _remapped(image: Picture, maps: Maps) -> Picture:
-    return np.asarray(cv2.remap(image, *maps, cv2.INTER_LINEAR), dtype=np.uint8)
 
 
 @njit(nogil=True, cache=True)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from vision.geometry.camera import Camera
 from vision.geometry.measuring_plane import PLANE_HEIGHT_MM, farthest_ideal_radius, pixel_size_mm
+from vision.pictures import brightest_channel
 
 Array = NDArray[np.float64]
 Plane = NDArray[np.float32]
@@ -89,7 +90,7 @@ class RegionGrid:
     def sample(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Brightest channel of the picture on the grid, code values, shape (rows, columns); 0 outside the picture."""
         grid = cv2.remap(image, self._pixel[..., 0], self._pixel[..., 1], cv2.INTER_LINEAR)
-        return np.asarray(grid if grid.ndim == 2 else grid.max(axis=2), dtype=np.uint8)
+        return brightest_channel(np.asarray(grid, dtype=np.uint8))
 
     def bars(self, image: NDArray[np.uint8], decode: NDArray[np.float32]) -> list[Outline]:
         """Hot bars that lie across the region, left to right.
@@ -111,14 +112,14 @@ class RegionGrid:
             return []
         light = decode[grid]
         step = np.zeros_like(light)
-        step[:, 1:-1] = (light[:, 2:] - light[:, :-2]) / np.median(light[hot > 0])
+        step[:, 1:-1] = (light[:, 2:] - light[:, :-2]) / _median_light(grid[hot > 0], decode)
         lefts = self._lines(np.clip(step, 0.0, FULL_STEP_SHARE))
         rights = self._lines(np.clip(-step, 0.0, FULL_STEP_SHARE))
-        return self._pairs(lefts, rights, self._along_slopes(hot.astype(np.float32)))
+        return self._pairs(lefts, rights, hot.astype(np.float32))
 
-    def _along_slopes(self, values: Plane) -> Array:
+    def _along_slopes(self, values: Plane, slopes: Array = SLOPES) -> Array:
         """Mean of values along lines x = column + slope * y, shape (slopes, columns)."""
-        return _sheared_means(values, SLOPES * ROW_STEP_MM / self.column_step_mm, -self.y_mm[0] / ROW_STEP_MM)
+        return _sheared_means(values, slopes * ROW_STEP_MM / self.column_step_mm, -self.y_mm[0] / ROW_STEP_MM)
 
     def _lines(self, step: Plane) -> list[_Line]:
         """Lines that enough rows vote for, each the best within `LEAST_DISTANCE_MM`."""
@@ -129,15 +130,14 @@ class RegionGrid:
         columns = np.flatnonzero((best >= peak) & (best >= LEAST_VOTE))
         return [_Line(int(votes[:, column].argmax()), int(column), float(best[column])) for column in columns]
 
-    def _pairs(self, lefts: list[_Line], rights: list[_Line], hot: Array) -> list[Outline]:
+    def _pairs(self, lefts: list[_Line], rights: list[_Line], hot: Plane) -> list[Outline]:
         """Bars: pairs of limbs with something hot between them, the best first wherever they overlap."""
-        filled = np.concatenate([np.zeros((len(SLOPES), 1)), np.cumsum(hot, axis=1)], axis=1)
+        pairs = [(left, right) for left in lefts for right in rights if self._may_be_one_bar(left, right)]
         ranked = sorted(
             (
                 (share + left.vote + right.vote, left, right)
-                for left in lefts
-                for right in rights
-                if (share := self._hot_share(left, right, filled)) >= LEAST_HOT_SHARE
+                for (left, right), share in zip(pairs, self._hot_shares(pairs, hot), strict=True)
+                if share >= LEAST_HOT_SHARE
             ),
             key=lambda one: -one[0],
         )
@@ -148,15 +148,23 @@ class RegionGrid:
         chosen.sort(key=lambda pair: pair[0].column)
         return [Outline(self._line(left), self._line(right)) for left, right in chosen]
 
-    def _hot_share(self, left: _Line, right: _Line, filled: Array) -> float:
-        """Share of what lies between two limbs that is hot; 0 for limbs that cannot be one bar's."""
-        columns = right.column - left.column
+    def _may_be_one_bar(self, left: _Line, right: _Line) -> bool:
+        """Whether two limbs lie as far apart, and as parallel, as those of one bar."""
         slopes = SLOPES[[left.slope_index, right.slope_index]]
-        width_fits = WIDTH_RANGE_MM[0] <= columns * self.column_step_mm <= WIDTH_RANGE_MM[1]
-        if not width_fits or abs(slopes[0] - slopes[1]) > MOST_SLOPE_DIFFERENCE:
-            return 0.0
-        row = filled[(left.slope_index + right.slope_index) // 2]
-        return float((row[right.column] - row[left.column]) / columns)
+        width_mm = (right.column - left.column) * self.column_step_mm
+        parallel = abs(slopes[0] - slopes[1]) <= MOST_SLOPE_DIFFERENCE
+        return bool(parallel and WIDTH_RANGE_MM[0] <= width_mm <= WIDTH_RANGE_MM[1])
+
+    def _hot_shares(self, pairs: list[tuple[_Line, _Line]], hot: Plane) -> list[float]:
+        """Share of what lies between two limbs, along their mean slope, that is hot."""
+        middle = np.array([(one.slope_index + other.slope_index) // 2 for one, other in pairs], dtype=np.intp)
+        wanted, row = np.unique(middle, return_inverse=True)
+        filled = np.zeros((len(wanted), len(self.x_mm) + 1))
+        np.cumsum(self._along_slopes(hot, SLOPES[wanted]), axis=1, out=filled[:, 1:])
+        return [
+            float((filled[k, right.column] - filled[k, left.column]) / (right.column - left.column))
+            for k, (left, right) in zip(row.tolist(), pairs, strict=True)
+        ]
 
     def _line(self, line: _Line) -> Array:
         return np.array([SLOPES[line.slope_index], self.x_mm[line.column]])
@@ -202,7 +210,12 @@ def _hot(grid: NDArray[np.uint8], decode: NDArray[np.float32]) -> NDArray[np.uin
     mask = (grid > max(level, float(np.searchsorted(decode, FLOOR_LIGHT)))).astype(np.uint8)
     if not mask.any() or mask.all():
         return None
-    light = decode[grid]
-    if np.median(light[mask == 1]) < LEAST_CONTRAST * np.median(light[mask == 0]):
+    if _median_light(grid[mask == 1], decode) < LEAST_CONTRAST * _median_light(grid[mask == 0], decode):
         return None
     return mask
+
+
+def _median_light(codes: NDArray[np.uint8], decode: NDArray[np.float32]) -> np.float32:
+    """Median light of code values: light grows with them, and they are ranked by counting."""
+    middle = [(codes.size - 1) // 2, codes.size // 2]
+    return decode[np.searchsorted(np.cumsum(np.bincount(codes)), middle, side="right")].mean()

@@ -4,17 +4,12 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Self
 
-import numpy as np
-from numpy.typing import NDArray
-
 from appliance.cameras.pacing import Pacer, utc_ms
 from appliance.cameras.recording.frames import open_single
 from appliance.cameras.recording.names import stretch_starts
 from appliance.cameras.recording.pairs import Laps, unchanged_size
 from appliance.cameras.source import Frame
 from vision.sent_picture import SentPicture
-
-Picture = NDArray[np.uint8]
 
 DARKEST_MOST = 20  # pictures of the empty line that are averaged
 SAME_LIGHT_SHARE = 0.005  # of full scale: mean light of empty pictures differs by less; a hot bar adds more
@@ -49,12 +44,11 @@ class PictureRecording:
         """Number of pictures."""
         return len(self.numbers)
 
-    def __iter__(self) -> Iterator[tuple[int, Picture]]:
+    def __iter__(self) -> Iterator[tuple[int, SentPicture]]:
         """Frame number and picture of each frame; raises `CameraError` like `read`."""
         position = 0
         while (frame := self.read(position)) is not None:
-            number, picture = frame
-            yield number, picture.shown
+            yield frame
             position += 1
 
     def read(self, position: int) -> tuple[int, SentPicture] | None:
@@ -138,17 +132,17 @@ class PictureRecordingSource:
         )
 
 
-def darkest(frames: Iterable[tuple[int, Picture]]) -> list[Picture]:
+def darkest(frames: Iterable[tuple[int, SentPicture]]) -> list[SentPicture]:
     """Pictures of the empty line among those of a recording: a hot bar makes all others brighter.
 
     Parameters
     ----------
-    frames : iterable of (int, ndarray of uint8)
+    frames : iterable of (int, SentPicture)
         Number and picture of each frame; gone through once, and only those that may be empty are kept.
     """
-    kept: list[tuple[float, Picture]] = []
+    kept: list[tuple[float, SentPicture]] = []
     for _, picture in frames:
-        kept.append((float(picture.mean()) / 255, picture))
+        kept.append((float(picture.shown.mean()) / 255, picture))
         limit = min(light for light, _ in kept) + SAME_LIGHT_SHARE
         kept = [one for one in kept if one[0] <= limit][:DARKEST_MOST]
     return [picture for _, picture in kept]

@@ -2,13 +2,11 @@
 
 from typing import Self
 
-import numpy as np
-from numpy.typing import NDArray
-
 from appliance.cameras.pacing import Pacer
 from appliance.cameras.simulated.pairs import drawn_frame
 from appliance.cameras.source import Frame
 from appliance.simulation.thermal_line import ThermalLine, ThermalSequence, thermal_camera
+from vision.sent_picture import SentPicture
 
 SPACING_MM, HEIGHT_MM = 600.0, 100.0  # of the barriers; bars of up to 300 mm pass between them
 EMPTY_PICTURES = 5  # drawn of the line before the first bar
@@ -42,9 +40,9 @@ class ThermalMillSource:
     def __exit__(self, *_: object) -> None:
         """Nothing is held open."""
 
-    def empty(self) -> list[NDArray[np.uint8]]:
+    def empty(self) -> list[SentPicture]:
         """Pictures of the line before the first bar."""
-        return [self._sequence.empty(number) for number in range(EMPTY_PICTURES)]
+        return [SentPicture.of(self._sequence.empty(number)) for number in range(EMPTY_PICTURES)]
 
     def next(self, timeout_s: float) -> Frame | None:
         """Newest picture that is due, with its truth; None when none is due in time."""

@@ -29,7 +29,7 @@ def conveyor_gauge(settings: ConveyorSettings) -> TimedConveyorGauge:
         near_columns=(columns[0], columns[1]) if (columns := settings.conveyor.near_columns) else None,
         response_exponent=settings.conveyor.response_exponent,
     )
-    gauge = TimedConveyorGauge(empty.pictures, empty.name, make)
+    gauge = TimedConveyorGauge(empty, make)
     gauge.check_barriers()
     return gauge
 
@@ -37,7 +37,7 @@ def conveyor_gauge(settings: ConveyorSettings) -> TimedConveyorGauge:
 def _empty(settings: ConveyorSettings) -> EmptyLine:
     """Empty line from the file of the settings, else the camera's own (recordings and the mill have one)."""
     file = settings.conveyor.background
-    empty = settings.camera.own_empty_line() if file is None else EmptyLine(read_background(file), str(file))
+    empty = settings.camera.own_empty_line() if file is None else read_background(file)
     if empty is None:
         raise EmptyLineError("sizing.conveyor.background is not set; set it to a picture of the line without a bar")
     return empty

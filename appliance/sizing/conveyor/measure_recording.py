@@ -7,6 +7,7 @@ from tqdm import tqdm
 
 from appliance.cameras.recording.pictures import PictureRecording, darkest
 from appliance.cameras.recording.time_stamps import FrameMoments
+from appliance.cameras.section import EmptyLine
 from appliance.files.atomic_file import whole_file
 from appliance.files.row_writer import row_writer
 from appliance.sizing.conveyor.empty_line import TimedConveyorGauge, read_background
@@ -70,7 +71,7 @@ def measure_conveyor(
     if plots is not None:
         figure_class()  # a library that is missing is named before the recording is measured
     frames = PictureRecording(recording)
-    empty = darkest(frames) if background is None else read_background(background)
+    empty = EmptyLine(darkest(frames), str(recording)) if background is None else read_background(background)
     make = partial(
         ConveyorGauge,
         reference=reference,
@@ -78,7 +79,7 @@ def measure_conveyor(
         near_columns=near_columns,
         response_exponent=response_exponent,
     )
-    gauge = TimedConveyorGauge(empty, str(background or recording), make)
+    gauge = TimedConveyorGauge(empty, make)
     drawing = ConveyorPlots(plots, gauge.barriers, reference.spacing_mm) if plots is not None else None
     rows, summary, moments = ReadingRows(judge), Summary(), FrameMoments(frames.numbers)
     with whole_file(output) as file:
@@ -89,7 +90,7 @@ def measure_conveyor(
             summary.add(reading, values["decision"])
             write(values)
             if drawing is not None:
-                drawing.add(frame, picture, reading)
+                drawing.add(frame, picture.shown, reading)
     if drawing is not None:
         drawing.write()
     return summary.lines(EMPTY_LINE_CAUSE if summary.says_nothing and background is None else "")

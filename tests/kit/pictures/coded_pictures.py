@@ -13,6 +13,7 @@ from appliance.simulation.video_coding import Video
 from vision.sent_picture import SentPicture
 
 PATTERN = "RGGB"
+DEEP_BITS = 16
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,19 @@ def through_video(pictures, video, *, every=False):
     return arrived if every else arrived[-1]
 
 
+def all_sent(pictures, coding):
+    """Every one of a camera's 8-bit pictures as it arrives."""
+    if isinstance(coding.kind, Video):
+        return through_video(pictures, coding.kind, every=True)
+    return [coding.sent([one]) for one in (deep(pictures) if coding.bits == DEEP_BITS else pictures)]
+
+
+def deep(pictures):
+    """Pictures of 16 bits that show the 8-bit ones: what lies between two codes is drawn at random."""
+    rng = np.random.default_rng(pictures[0].size)
+    return [(257.0 * one + rng.uniform(-128, 128, one.shape)).clip(0, 65535).astype(np.uint16) for one in pictures]
+
+
 CODINGS = {
     "png": CameraCoding("png"),
     "png smoothed": CameraCoding("png", filter=-0.4),
@@ -72,3 +86,4 @@ CODINGS = {
     "h264 crf 23 full range": CameraCoding(Video(23, full_range=True)),
     "h264 crf 28": CameraCoding(Video(28)),
 }
+DEEPER_CODINGS = CODINGS | {"png 16 bit": CameraCoding("png", bits=DEEP_BITS)}

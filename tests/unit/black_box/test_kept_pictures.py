@@ -136,7 +136,7 @@ def test_a_recording_of_one_camera_is_a_folder_of_pictures(tmp_path):
     write_recording(tmp_path / "box", deque([kept(one) for one in frames]), {"scale/empty.png": b"picture"})
     read = list(PictureRecording(tmp_path / "box"))
     for (number, picture), frame in zip(read, frames, strict=True):
-        np.testing.assert_array_equal(picture, frame.picture)
+        np.testing.assert_array_equal(picture.shown, frame.picture)
         assert number == frame.sequence
 
 

@@ -167,7 +167,7 @@ def test_a_single_video_is_a_recording_of_one_camera(suffix, tmp_path):
     for place in (tmp_path, path):
         recording = PictureRecording(place)
         assert len(recording) == 6
-        levels = [float(np.median(picture)) for _, picture in recording]
+        levels = [float(np.median(picture.shown)) for _, picture in recording]
         assert levels == pytest.approx([20, 50, 80, 110, 140, 170], abs=4)
 
 

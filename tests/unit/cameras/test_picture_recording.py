@@ -22,7 +22,7 @@ def test_pictures_directly_in_the_folder_come_in_the_order_of_their_numbers(tmp_
     (write_pictures(tmp_path, [10, 2, 7]) / "truth.csv").write_text("frame,state\n")
     recording = PictureRecording(tmp_path)
     assert len(recording) == 3
-    assert [(number, int(frame[0, 0, 0])) for number, frame in recording] == [(2, 2), (7, 7), (10, 10)]
+    assert [(number, int(frame.shown[0, 0, 0])) for number, frame in recording] == [(2, 2), (7, 7), (10, 10)]
 
 
 def test_at_rate_zero_every_picture_comes_until_the_recording_is_over(tmp_path):

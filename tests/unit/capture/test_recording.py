@@ -215,7 +215,7 @@ def write_line(folder, pictures):
 
 
 def test_the_empty_line_is_taken_and_checked_by_the_gauge(tmp_path, capsys):
-    empty = ThermalMillSource(1, 10.0).empty()
+    empty = [picture.shown for picture in ThermalMillSource(1, 10.0).empty()]
     noise = np.random.default_rng(1)
     noisy = [np.clip(empty[0] + noise.normal(0, 2, empty[0].shape), 0, 255).astype(np.uint8) for _ in range(24)]
     output = tmp_path / "empty.png"

@@ -197,7 +197,7 @@ def test_simulate_writes_an_ingot_line_with_references_and_truth(tmp_path, capsy
     assert not rows[0]["label"]
     frames = dict(PictureRecording(folder / "seq01"))
     assert list(frames) == list(range(20))
-    assert frames[0].shape == (540, 960, 3)
+    assert frames[0].shown.shape == (540, 960, 3)
     assert all(cv2.imread(str(folder / f"{end}.png")).shape == (64, 64, 3) for end in ("top", "bottom"))
 
 

@@ -39,13 +39,16 @@ def test_the_height_over_the_rollers_does_not_change_with_it():
 
 
 def test_the_mean_of_a_section_that_turns_has_it_too():
-    bar, views_rad = PassingBar(), np.deg2rad([-20, 20])
+    bars = [(Adjustment(), PassingBar()), (Adjustment(**WHOLE), PassingBar())]
+    views_rad = np.deg2rad([-20, 20])
     for frame, angle_rad in enumerate(np.deg2rad(np.linspace(0, 500, 40))):
         left, right = 249.8 + 0.4 * np.cos(angle_rad + 2 * views_rad)
         one = replace(MEASURED, diameter_mm=(left + right) / 2, width_left_mm=left, width_right_mm=right)
-        last = bar.add(Adjustment(**WHOLE).adjusted(one), 0.04 * frame)
-    assert last.bar_ovality_mm == pytest.approx(0.8)
-    assert last.bar_diameter_mm == pytest.approx(250.0)
+        plain, adjusted = (bar.add(known.adjusted(one), 0.04 * frame) for known, bar in bars)
+    assert plain.bar_diameter_mm == pytest.approx(249.8, abs=0.01)
+    assert adjusted.bar_diameter_mm - plain.bar_diameter_mm == pytest.approx(0.2)
+    assert adjusted.bar_ovality_mm == pytest.approx(plain.bar_ovality_mm)
+    assert adjusted.bar_ovality_mm == pytest.approx(0.8, abs=0.02)
 
 
 def test_a_reading_without_a_value_and_an_adjustment_of_nothing_change_nothing():

@@ -2,11 +2,13 @@ import cv2
 import numpy as np
 import pytest
 
+from appliance.cameras.section import EmptyLine
 from appliance.simulation.bars.bars import Bar
 from appliance.simulation.bars.study_scenes import draw
 from appliance.simulation.thermal_line import ThermalLine, thermal_camera
 from appliance.sizing.conveyor.empty_line import EmptyLineError, TimedConveyorGauge
 from vision.pictures import is_false_colour
+from vision.sent_picture import SentPicture
 
 PALETTES = ["JET", "INFERNO", "PLASMA", "RAINBOW", "TURBO", "HSV", "VIRIDIS"]
 
@@ -35,4 +37,4 @@ def test_false_colours_are_refused_in_one_sentence(thermal):
     grey = thermal[1] if thermal[1].ndim == 2 else thermal[1][:, :, 1]
     coloured = cv2.applyColorMap(grey, cv2.COLORMAP_JET)
     with pytest.raises(EmptyLineError, match=r"background.png: .* in false colours.*record grey values$"):
-        TimedConveyorGauge([coloured], "background.png", lambda _: None)
+        TimedConveyorGauge(EmptyLine([SentPicture.of(coloured)], "background.png"), lambda _: None)

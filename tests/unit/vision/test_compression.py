@@ -1,10 +1,12 @@
 """The share of an edge's way that compression makes: its limits, and against libjpeg on drawn edges."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from studies.compression import LEVELS, run
 
-from vision.compression import U_JPEG_SHARE, code_smoothing, compression_shift_px, quantiser_step
+from vision.compression import U_JPEG_SHARE, code_smoothing, compression_shift_px, quantiser_step, u_place_px
 from vision.light_planes import Decoder
 from vision.sent_picture import Coding
 
@@ -58,3 +60,13 @@ def test_no_edge_moves_nothing():
     assert compression_shift_px(JPEG, plane, (high, low), 0.9) == (0.0, 0.0)
     moved_px, u_px = compression_shift_px(JPEG, plane, (low, high), 0.9)
     assert 0.0 < u_px < moved_px < 0.05
+
+
+def test_the_place_of_a_coded_edge_is_doubted_the_more_the_coarser_the_weaker_and_the_more_upright_it_is():
+    assert u_place_px(Coding("grey"), 100.0, 0.0) == 0.0
+    doubt_px = u_place_px(VIDEO, 100.0, 0.0)
+    assert u_place_px(VIDEO, 50.0, 0.0) == pytest.approx(2 * doubt_px)
+    assert u_place_px(replace(VIDEO, quantiser=29.0), 100.0, 0.0) > doubt_px
+    assert u_place_px(VIDEO, 100.0, 60.0) < 0.5 * doubt_px
+    assert u_place_px(JPEG, 100.0, 0.0) < doubt_px
+    assert u_place_px(VIDEO, np.nan, 0.0) == np.inf

@@ -108,34 +108,37 @@ def _colour_row(picture, row_l, row_u, row_v):
 
 
 @njit(nogil=True, cache=True)
-def _pad_row(row, columns):
-    """Make an odd number of values even, mirror eight at both ends, and repeat the outermost ones once more."""
-    first = PAD_PX + 1
-    if columns & 1:
-        row[first + columns] = row[first + columns - 1]
-    end = first + columns + (columns & 1)
-    for x in range(PAD_PX):
-        row[first - 1 - x] = row[first + x]
-        row[end + x] = row[end - 1 - x]
+def _pad_row(row, begin, end, first, columns):
+    """Fill what lies beyond the picture: mirrored, after one more value where `columns`, the picture's, are odd.
+
+    `row` holds the columns from `first` on, behind one value; those from `begin` to `end` are filled already. The
+    outermost values are repeated once.
+    """
+    even = columns + (columns & 1)
+    for x in range(first, begin):
+        row[x - first + 1] = row[_mirrored(x, even) - first + 1]
+    for x in range(end, first + row.shape[0] - 2):
+        row[x - first + 1] = row[min(_mirrored(x, even), columns - 1) - first + 1]
     row[0] = row[1]
-    row[end + PAD_PX] = row[end + PAD_PX - 1]
+    row[-1] = row[-2]
 
 
 @njit(nogil=True, cache=True)
-def _luv_row(image, window, padded_row, rings):
-    """L, u, v of one row of the padded picture; gives the number of values outside 0 to 1."""
-    top, left, rows, columns = window
+def _luv_row(image, first_cell, padded_row, rings):
+    """L, u, v of one row of the padded picture, from a cell on; gives the number of values outside 0 to 1."""
+    rows, columns = image.shape[:2]
     row = min(_mirrored(padded_row - PAD_PX, rows + (rows & 1)), rows - 1)
-    picture = image[top + row, left : left + columns]
-    ring_row = padded_row & _LAST
-    luv = rings.luv
-    inner = slice(PAD_PX + 1, PAD_PX + 1 + columns)
+    luv, ring_row = rings.luv, padded_row & _LAST
+    first = 2 * first_cell - PAD_PX
+    begin, end = max(first, 0), min(first + luv.shape[2] - 2, columns)
+    picture = image[row, begin:end]
+    inner = slice(begin - first + 1, end - first + 1)
     if luv.shape[0] == 1:
         outside = _grey_row(picture[:, 0], luv[0, ring_row, inner])
     else:
         outside = _colour_row(picture, luv[0, ring_row, inner], luv[1, ring_row, inner], luv[2, ring_row, inner])
     for plane in range(luv.shape[0]):
-        _pad_row(luv[plane, ring_row], columns)
+        _pad_row(luv[plane, ring_row], begin, end, first, columns)
     return outside
 
 
@@ -314,10 +317,10 @@ def _smoothed_cells(rings, cell_row, cell_rows, cells):
 
 
 @njit(nogil=True, cache=True)
-def _luv_rows_to(end, image, window, rings, done):
+def _luv_rows_to(end, image, first_cell, rings, done):
     outside = 0
     while done[0] < end:
-        outside += _luv_row(image, window, done[0], rings)
+        outside += _luv_row(image, first_cell, done[0], rings)
         if done[0] & 1:
             _half_luv_row(rings, done[0] >> 1)
         done[0] += 1
@@ -325,17 +328,17 @@ def _luv_rows_to(end, image, window, rings, done):
 
 
 @njit(nogil=True, cache=True)
-def _next_cell_row(image, window, cell_row, rings, done, cells):
-    rows = 2 * cells_along(window[2])
+def _next_cell_row(image, first_cell, cell_row, rings, done, cells):
+    rows = 2 * cells_along(image.shape[0])
     outside = 0
     while done[3] < min(cell_row + REACH + 1, rows // 2):
         channel = done[3]
         while done[1] < min(2 * channel + 2 + REACH, rows):
-            outside += _luv_rows_to(min(done[1] + 2, rows), image, window, rings, done)
+            outside += _luv_rows_to(min(done[1] + 2, rows), image, first_cell, rings, done)
             _gradient_row(rings.luv, done[1], rows, rings.magnitude, rings.orientation)
             done[1] += 1
         while done[2] < min(channel + 1 + REACH, rows // 2):
-            outside += _luv_rows_to(min(2 * done[2] + 4, rows), image, window, rings, done)
+            outside += _luv_rows_to(min(2 * done[2] + 4, rows), image, first_cell, rings, done)
             _gradient_row(rings.half_luv, done[2], rows // 2, rings.half_magnitude, rings.half_orientation)
             done[2] += 1
         _orientation_channels(rings, channel, rows)
@@ -345,20 +348,20 @@ def _next_cell_row(image, window, cell_row, rings, done, cells):
 
 
 @njit(nogil=True, cache=True)
-def make_cell_rows(image, window, first, end, rings, done, cells):
+def make_cell_rows(image, first_cell, first, end, rings, done, cells):
     """Make some rows of cells; rows must be asked for one after another.
 
     Parameters
     ----------
     image : ndarray of float32, shape (rows, columns, 1 or 3)
-    window : tuple of int
-        First row, first column, rows and columns of the part that is taken as the picture.
+    first_cell : int
+        Where each row begins on the grid of the whole padded picture; it is as wide as `rings`.
     first, end : int
         Rows of the padded picture at half resolution.
     rings, done
         What earlier rows left, see `Rings` and `stages_starting_at`.
     cells : ndarray of float32, shape (at least end - first, PLANES, width)
-        Where the rows go; width at least that of the padded picture at half resolution.
+        Where the rows go; width at least that of `rings`.
 
     Returns
     -------
@@ -367,5 +370,5 @@ def make_cell_rows(image, window, first, end, rings, done, cells):
     """
     outside = 0
     for cell_row in range(first, end):
-        outside += _next_cell_row(image, window, cell_row, rings, done, cells[cell_row - first])
+        outside += _next_cell_row(image, first_cell, cell_row, rings, done, cells[cell_row - first])
     return outside

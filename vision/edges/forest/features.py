@@ -83,7 +83,7 @@ def smoothed_cells(image: Floats) -> Floats:
     cell_rows, width = channels.cells_along(rows), channels.cells_along(columns)
     cells = np.empty((cell_rows, channels.PLANES, width), np.float32)
     rings, done = new_rings(width, colours), channels.stages_starting_at(0)
-    check_values(channels.make_cell_rows(image, (0, 0, rows, columns), 0, cell_rows, rings, done, cells))
+    check_values(channels.make_cell_rows(image, 0, 0, cell_rows, rings, done, cells))
     return cells
 
 

@@ -28,7 +28,8 @@ Rectangle = tuple[int, int, int, int]  # first row, end row, first column, end c
 
 CELLS_AT_ONCE = 2_000_000  # values made before they are walked: 8 MB, so that they are still in the cache
 OVERLAP = PATCH_CELLS - 1  # rows of cells that the patches of one row and of the next ones share
-REACH_CELLS = 15  # further from a patch nothing changes its features
+REACH_CELLS = 8  # further from a patch nothing changes its features: 4 + 4 + 1 from a cell that lies 1 inside it
+VECTOR_CELLS = 32  # rows of so many cells leave no rest to the compiled loops, which take them together
 
 
 class EdgeDetector:
@@ -112,12 +113,10 @@ class EdgeDetector:
         rows, columns, colours = image.shape
         first_row, end_row = _places_seeing(part[0], part[1], rows)
         first_column, end_column = _places_seeing(part[2], part[3], columns)
-        left = max(0, 2 * (first_column - REACH_CELLS))
-        right = min(columns, 2 * (end_column + PATCH_CELLS + REACH_CELLS))
-        window = (0, left, rows, right - left)
-        rings, work = self._memory_for(channels.cells_along(right - left), end_row - first_row, colours)
+        left, right = _cells_seen(first_column, end_column, channels.cells_along(columns))
+        rings, work = self._memory_for(right - left, end_row - first_row, colours)
         tables = self._tables(work.cells.shape[2])
-        place_columns = (first_column - left // 2, end_column - left // 2)
+        place_columns = (first_column - left, end_column - left)
         done = channels.stages_starting_at(first_row)
         at_once, kept = len(work.cells) - OVERLAP, 0
         work.votes[:] = 0
@@ -125,13 +124,13 @@ class EdgeDetector:
         for row in range(first_row, end_row, at_once):
             end = min(row + at_once, end_row)
             work.cells[:kept] = work.cells[len(work.cells) - kept :]
-            outside += channels.make_cell_rows(image, window, row + kept, end + OVERLAP, rings, done, work.cells[kept:])
+            outside += channels.make_cell_rows(image, left, row + kept, end + OVERLAP, rings, done, work.cells[kept:])
             place_rows = (row - first_row, end - first_row)
-            walk.count_votes(place_rows, place_columns, place_rows[0], first_row + left // 2, tables, work)
+            walk.count_votes(place_rows, place_columns, place_rows[0], first_row + left, tables, work)
             kept = OVERLAP
         weight = np.float32(1 / (32 * 16 * self.forest.trees_evaluated))
         even = (rows + rows % 2, columns + columns % 2)
-        walk.smooth_votes(work.votes, (2 * first_row, left), part, even, weight, strength, corner)
+        walk.smooth_votes(work.votes, (2 * first_row, 2 * left), part, even, weight, strength, corner)
         return outside
 
     def _memory_for(self, width: int, place_rows: int, colours: int) -> tuple[Rings, walk.Workspace]:
@@ -181,6 +180,14 @@ def _parts(rectangle: Rectangle, count: int) -> list[Rectangle]:
 def _places_seeing(first: int, end: int, pixels: int) -> tuple[int, int]:
     """Places along one side whose votes reach the pixels first - 1 to end."""
     return max(0, (first - LABEL_PX) // 2), min(places_along(pixels), end // 2 + 1)
+
+
+def _cells_seen(first_place: int, end_place: int, cells: int) -> tuple[int, int]:
+    """First and end cell of a row that places depend on; some more where that makes whole vectors."""
+    first, end = max(0, first_place - REACH_CELLS), min(cells, end_place + OVERLAP + REACH_CELLS)
+    more = -(end - first) % VECTOR_CELLS
+    end = min(cells, end + more)
+    return max(0, first - (-(end - first) % VECTOR_CELLS)), end
 
 
 def _tables(forest: StructuredForest, width: int) -> walk.Tables:

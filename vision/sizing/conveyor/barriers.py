@@ -16,7 +16,6 @@ from vision.edges.operators import detect_edges
 from vision.edges.subpixel import Crossings, half_level_crossing
 from vision.edges.thinning import ridges
 from vision.geometry.robust_line import robust_line
-from vision.pictures import grey
 from vision.reasons import Reason
 from vision.sizing.conveyor.beside_rollers import BESIDE_OFFSETS_PX, crossings_beside_rollers, rollers_show
 from vision.sizing.conveyor.lens import Lens, ideal_points, plumb_line
@@ -62,12 +61,15 @@ class Barriers:
         What makes the barriers straight.
     over_rollers : bool
         Whether the light beside a barrier changes, as over rollers and their ends: then it may hang above them.
+    correlated_px : float
+        Distance over which errors of the picture go together.
     """
 
     lines: Array
     light: Plane
     lens: Lens = field(default_factory=Lens)
     over_rollers: bool = False
+    correlated_px: float = 1.0
 
     def columns(self, row: Array) -> Array:
         """Columns of both edges, shape (n, 2), in rows (n,)."""
@@ -91,6 +93,15 @@ class Barriers:
         ndarray of float64, shape (n,)
         """
         return spacing_mm / self.width_px(row)
+
+    @property
+    def levels(self) -> tuple[Array, Array]:
+        """Light beside and on each barrier, shape (2,); NaN where the picture ends."""
+        rows = np.arange(len(self.light), dtype=np.float64)
+        beside = np.array([-SIDE_OFFSET_PX, SIDE_OFFSET_PX])
+        sides = zip(self.lines, (-1, 1), strict=True)
+        dark, bright = np.nanmedian([across(self.light, line, out, rows, beside) for line, out in sides], axis=1).T
+        return dark, bright
 
     def shifted_px(self, light: Plane) -> float | None:
         """Distance of the barriers in a picture from their places in the empty ones.
@@ -358,21 +369,3 @@ def crossed_columns(crossings: Crossings, line: Array, outwards: int, rows: Arra
     step = np.nan_to_num(np.where(np.isfinite(crossings.place_px), crossings.bright - crossings.dark, 0.0))
     shows = step > CLEAR_STEP_SHARE * np.percentile(step, 90) if len(step) else np.zeros(0, dtype=np.bool_)
     return line[0] * rows + line[1] + outwards * crossings.place_px * np.hypot(1.0, line[0]), shows
-
-
-def grey_light(picture: NDArray[np.uint8], response_exponent: float = 1.0) -> Plane:
-    """Light, 0 to 1, of an 8-bit picture.
-
-    Parameters
-    ----------
-    picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
-        Grey, or blue-green-red.
-    response_exponent : float
-        Code values follow light to this power; 1 for a linear camera.
-
-    Returns
-    -------
-    ndarray of float32, shape (rows, columns)
-    """
-    light = np.multiply(grey(picture), np.float32(1 / 255), dtype=np.float32)
-    return light if response_exponent == 1.0 else light ** np.float32(1 / response_exponent)

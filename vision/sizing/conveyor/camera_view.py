@@ -35,7 +35,7 @@ NARROW_FACE_SHARE = 0.85  # chosen, of the width of a wall's face; faces of wall
 U_FACE_SHARE = 0.03  # chosen: standard uncertainty of a fitted face's width, by the lens's halo
 RESOLVED_BLURS = 1.0  # chosen: a face narrower than the blur looks like one step with more blur, and is not fitted
 PROFILE_NOISE = 0.002  # chosen: noise of mean profiles, over full scale
-CORRELATED_SAMPLES = 1 / 0.25  # samples per pixel: neighbours share their noise
+SAMPLES_PER_PX = 1 / 0.25  # of a profile: neighbours share their noise
 BAND_COUNT = 12  # chosen: bands of rows whose mean profiles are fitted
 U_BARRIER_HEIGHT_MM, U_CAMERA_HEIGHT_MM = 1.0, 10.0  # chosen: of heights measured with a tape
 DISAGREE_SIGMAS = 3.0  # chosen: faces whose camera height is further off, in standard uncertainties, are no walls
@@ -330,7 +330,8 @@ def _feet(barriers: Barriers, part: float, across: float, u_across: float, *, fr
     found = min(tried, key=lambda fit: fit.cost)
     places = [common, common + n]
     lines = np.array([side.line_at(*found.x[first : first + 2]) for side, first in zip(sides, places, strict=True)])
-    covariance = _covariance(found.fun, found.jac, slice(0 if free else 1, None))
+    alike = SAMPLES_PER_PX * barriers.correlated_px
+    covariance = alike * _covariance(found.fun, found.jac, slice(0 if free else 1, None))
     u_factor, u_place = np.sqrt(np.diag(covariance)[:2]).tolist()
     return _Feet(
         lines=lines,
@@ -347,9 +348,9 @@ def _feet(barriers: Barriers, part: float, across: float, u_across: float, *, fr
 
 
 def _covariance(misfit: Array, jacobian: Array, free: slice) -> Array:
-    """Covariance of the free fitted values from the residual scatter; 0 for the others."""
+    """Covariance of the free fitted values from the scatter of residuals that are independent; 0 for the others."""
     size = jacobian.shape[1]
-    scatter = CORRELATED_SAMPLES * float(misfit @ misfit) / (misfit.size - size)
+    scatter = float(misfit @ misfit) / (misfit.size - size)
     covariance = np.zeros((size, size))
     covariance[free, free] = scatter * np.linalg.pinv(jacobian[:, free].T @ jacobian[:, free])
     return covariance

@@ -6,28 +6,26 @@ by a camera Z above it, sin b = R / d, and d cos a + R = Z, so R = Z sin b / (co
 is 5 mm less than eq. 3.3 says: the fixed error that the dissertation found and compensated.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from vision.edges.shaded import shaded_crossings
+from vision.compression import compression_shift_px, correlated_px, quantiser_step, step_codes, u_place_px
+from vision.edges.shaded import ShadedCrossings, shaded_crossings
 from vision.geometry.robust_line import robust_line
-from vision.light import CLIPPED_CODE
+from vision.light import CLIPPED_CODE, ResponseCurve
+from vision.light_planes import Decoder
 from vision.readings import SizeReading
 from vision.reasons import Reason
+from vision.sent_picture import Codes, Coding, SentPicture
 from vision.sizing.conveyor.bar_spans import LEAST_GAP_PX, bar_spans, hidden_bar, without_bar
-from vision.sizing.conveyor.barriers import Barriers, across, crossed_columns, find_barriers, grey_light
-from vision.sizing.conveyor.camera_view import (
-    FOCAL_SHARE,
-    U_BARRIER_HEIGHT_MM,
-    U_CAMERA_HEIGHT_MM,
-    U_FOCAL_SHARE,
-    ConveyorReference,
-    ConveyorView,
-    conveyor_view,
-    faces_disagree,
-)
+from vision.sizing.conveyor.barriers import Barriers, across, crossed_columns, find_barriers
+from vision.sizing.conveyor.camera_view import ConveyorReference
+from vision.sizing.conveyor.grey_light import grey_light
+from vision.sizing.conveyor.scale import Scale, diameters_mm
 from vision.sizing.limits import CLIPPED_MOST_SHARE, COVERED_SHARE, FIRST_BLUR_PX
 
 Array = NDArray[np.float64]
@@ -37,21 +35,23 @@ PROFILE_OFFSETS_PX = np.arange(-9.0, 9.25, 0.25)  # across an edge of the bar, f
 WINDOW_COUNT = 24  # chosen: windows along the bar
 LEAST_WINDOWS_SHARE = 0.2  # chosen: with fewer windows there is no value (`no_windows`)
 LINE_DISTANCE_PX = 1.0  # chosen: a row whose edge lies further off the bar's straight line is left out
-# Budget (docs/methods/conveyor.md), standard uncertainties, all chosen:
-U_EDGE_PX = 0.02  # of a whole limb or barrier: blur and halo that are not alike on both sides
-U_SPACING_SHARE = 0.0005  # of W, relative
-INTERVAL_95 = (0.025, 0.975)
-LAW_PARTS = 16  # equally probable parts of the law of an assumed quantity (JCGM 101)
 CLIPPED_LIGHT = (CLIPPED_CODE - 0.5) / 255  # linear light of an overexposed point: from code value 250 on
 CAMERA_MOVED_PX = 0.3  # chosen: a barrier further from its place in the empty pictures; noise makes 0.03 px
+# Chosen on simulated lines other than those of docs/studies/coded_conveyor.json, where U holds with it: coders flatten
+# the fall of light towards a limb, which then lies further off than the edge of a straight step.
+CODED_LIMB_FACTOR = 1.2
 MEDIAN_FACTOR = 1.2533  # standard error of a median over that of a mean, sqrt(pi / 2)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Limb:
+    """One edge of the bar: its line, its rows and their columns; light beside and on the bar, and the edge's blur."""
+
     line: Array
     rows: Array
     columns: Array
+    levels: tuple[Array, Array]
+    blur_px: float
 
 
 class ConveyorGauge:
@@ -59,7 +59,7 @@ class ConveyorGauge:
 
     Parameters
     ----------
-    empty : sequence of ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+    empty : sequence of SentPicture, or of ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
         Pictures of the line, without a bar or with one that leaves both barriers in view.
     reference : ConveyorReference
     compensation_mm : float
@@ -86,7 +86,7 @@ class ConveyorGauge:
 
     def __init__(
         self,
-        empty: list[NDArray[np.uint8]],
+        empty: Sequence[SentPicture | Codes],
         reference: ConveyorReference,
         compensation_mm: float = 0.0,
         ovality_mm: float = 0.0,
@@ -94,32 +94,31 @@ class ConveyorGauge:
         near_columns: tuple[float, float] | None = None,
         response_exponent: float = 1.0,
     ) -> None:
-        if not empty or len({picture.shape[:2] for picture in empty}) != 1:
+        pictures = [SentPicture.of(picture) for picture in empty]
+        if len({picture.size for picture in pictures}) != 1:
             raise ValueError("empty: at least one picture of the empty line is wanted, all of one size")
         if not np.isfinite(compensation_mm):
             raise ValueError(f"compensation_mm is {compensation_mm}; a number of millimetres is wanted")
         if not 0 < response_exponent < np.inf:
             raise ValueError(f"response_exponent is {response_exponent}; a number above 0 is wanted")
         self._response_exponent = response_exponent
-        self._empty: Plane = np.asarray(np.mean([self._light(picture) for picture in empty], axis=0), np.float32)
+        self._decoder = Decoder(ResponseCurve(1 / response_exponent))
+        self._coding = max((picture.coding for picture in pictures), key=quantiser_step)
+        self._empty: Plane = np.asarray(np.mean([self._light(picture) for picture in pictures], axis=0), np.float32)
         self._compensation_mm = compensation_mm
         self._u_shape_mm = float(ovality_mm / np.sqrt(12))
         self.barriers = find_barriers(self._empty, near_columns)
         if isinstance(self.barriers, Barriers):
-            self._lens = self.barriers.lens
             self._without_bar = without_bar(self.barriers)
-            self._view = conveyor_view(self.barriers, reference)
-            self._changed = _changed_views(self.barriers, reference, self._view)
-            self._assumed = _assumed_views(self.barriers, reference, self._view)
-            self._faces_disagree = faces_disagree(self.barriers, reference, self._view)
-            self._barriers_px = float(self.barriers.width_px(np.array([len(self._empty) / 2]))[0])
+            self._scale = cache(partial(_scale, self.barriers, reference))
+            self._scale(correlated_px(self._coding))
 
-    def measure(self, picture: NDArray[np.uint8]) -> SizeReading:
+    def measure(self, picture: SentPicture | Codes) -> SizeReading:
         """Diameter of the bar in a picture.
 
         Parameters
         ----------
-        picture : ndarray of uint8, shape (rows, columns) or (rows, columns, 3)
+        picture : SentPicture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
             Coded as `response_exponent` says, of the size of the empty ones.
 
         Returns
@@ -137,13 +136,18 @@ class ConveyorGauge:
         ValueError
             The picture has another size than the empty ones.
         """
-        if picture.shape[:2] != self._empty.shape:
-            raise ValueError(f"picture: {picture.shape[:2]} rows and columns, the empty line has {self._empty.shape}")
+        sent = SentPicture.of(picture)
+        if sent.shown.shape[:2] != self._empty.shape:
+            raise ValueError(
+                f"picture: {sent.shown.shape[:2]} rows and columns, the empty line has {self._empty.shape}"
+            )
         if not isinstance(self.barriers, Barriers):
             return _nothing(Reason.EDGE_NOT_FOUND | self.barriers)
-        if self._faces_disagree:
+        # an empty line that was stored without loss may have been compressed by the same camera before
+        coding = max(self._coding, sent.coding, key=quantiser_step)
+        if self._scale(correlated_px(coding)).faces_disagree:
             return _nothing(Reason.IMPLAUSIBLE | Reason.BARRIER_HEIGHT)
-        light = self.barriers.lens.straightened(self._light(picture))
+        light = self.barriers.lens.straightened(self._light(sent))
         spans = bar_spans(light, self._without_bar)
         if isinstance(spans, Reason):
             return _nothing(hidden_bar(light, self._without_bar) if spans is Reason.NO_BAR else spans)
@@ -156,9 +160,9 @@ class ConveyorGauge:
             "limb_light": min(float(np.median(one)) for one in inside),
         }
         reason = self._forbids(light, limbs["clipped_share"])
-        return replace(_nothing(reason) if reason else self._read(left, right), **limbs)
+        return replace(_nothing(reason) if reason else self._read((left, right), sent.coding, coding), **limbs)
 
-    def _light(self, picture: NDArray[np.uint8]) -> Plane:
+    def _light(self, picture: SentPicture) -> Plane:
         return grey_light(picture, self._response_exponent)
 
     def _forbids(self, light: Plane, clipped_share: float) -> Reason:
@@ -171,22 +175,24 @@ class ConveyorGauge:
             return Reason.EDGE_NOT_FOUND | Reason.BARRIER_HIDDEN
         return Reason.CAMERA_MOVED if shifted_px > CAMERA_MOVED_PX else Reason.NONE
 
-    def _read(self, left: _Limb, right: _Limb) -> SizeReading:
-        windows = np.array_split(np.intersect1d(left.rows, right.rows), WINDOW_COUNT)
-        ends = [_ends(limb, windows) for limb in (left, right)]
+    def _read(self, limbs: tuple[_Limb, _Limb], coding: Coding, barriers_coding: Coding) -> SizeReading:
+        windows = np.array_split(np.intersect1d(limbs[0].rows, limbs[1].rows), WINDOW_COUNT)
+        ends = [_ends(limb, windows) for limb in limbs]
         there = np.isfinite(ends[0][:, 0]) & np.isfinite(ends[1][:, 0])
         if np.count_nonzero(there) < LEAST_WINDOWS_SHARE * WINDOW_COUNT:
             return _nothing(Reason.NO_WINDOWS)
-        ends = [end[there] for end in ends]
-        view = self._view
+        ends, u_light_px = self._uncompressed([end[there] for end in ends], limbs, coding)
+        scale = self._scale(correlated_px(barriers_coding))
+        view = scale.view
         by_window = diameters_mm(view, *ends)
         diameter_mm = float(np.median(by_window))
-        calibration_mm, model_mm = self._u_of_view(ends, diameter_mm)
-        correction_mm, u_assumed_mm = self._assumed_law(ends, diameter_mm)
+        calibration_mm, model_mm = scale.u_view_mm(ends, diameter_mm, self._u_barriers_px(barriers_coding))
+        correction_mm, u_assumed_mm = scale.assumed_law_mm(ends, diameter_mm)
+        light_mm = diameter_mm * u_light_px / abs(float(np.mean(ends[1][:, 0] - ends[0][:, 0])))
         diameter_mm += correction_mm
         model_mm = float(np.hypot(model_mm, u_assumed_mm))
         edge_mm = float(MEDIAN_FACTOR * by_window.std() / np.sqrt(len(by_window)))
-        expanded_mm = float(2 * np.linalg.norm([edge_mm, calibration_mm, self._u_shape_mm, model_mm]))
+        expanded_mm = float(2 * np.linalg.norm([edge_mm, calibration_mm, self._u_shape_mm, model_mm, light_mm]))
         middle = 0.5 * (view.tangent(ends[0]) + view.tangent(ends[1]))
         rows = np.mean([end[:, 1] for end in ends], axis=0)
         changes = _change_along(rows, by_window) > expanded_mm
@@ -200,35 +206,34 @@ class ConveyorGauge:
             u_edge_mm=edge_mm,
             u_calibration_mm=calibration_mm,
             u_board_mm=0.0,
-            u_light_mm=0.0,
+            u_light_mm=light_mm,
             u_shape_mm=self._u_shape_mm,
             u_model_mm=model_mm,
             method="conveyor",
         )
 
-    def _u_of_view(self, ends: list[Array], diameter_mm: float) -> tuple[float, float]:
-        """Standard uncertainties from the ruler, and from the heights and the camera's place."""
-        width_px = abs(float(np.mean(ends[1][:, 0] - ends[0][:, 0])))
-        edges = diameter_mm * np.sqrt(2) * U_EDGE_PX / width_px
-        ruler = diameter_mm * np.hypot(np.sqrt(2) * U_EDGE_PX, self._view.u_width_px) / self._barriers_px
-        half = np.array([self._barriers_px, width_px]) / self._empty.shape[1]  # in half widths of the picture
-        lens = diameter_mm * self._lens.u_bending * abs(float(half[0] ** 2 - half[1] ** 2))
-        calibration = np.linalg.norm([ruler, U_SPACING_SHARE * diameter_mm, lens])
-        changes = [float(np.median(diameters_mm(view, *ends))) - diameter_mm for view in self._changed]
-        return float(calibration), float(np.linalg.norm([edges, *changes]))
+    def _uncompressed(self, ends: list[Array], limbs: tuple[_Limb, _Limb], coding: Coding) -> tuple[list[Array], float]:
+        """Ends of the bar moved back by what compression moved them, and the standard uncertainty of its width, px."""
+        plane = self._decoder.whole(coding)
+        moved: list[Array] = []
+        u_width_px = 0.0
+        for end, limb, outwards in zip(ends, limbs, (-1, 1), strict=True):
+            inwards_px, u_inwards_px = compression_shift_px(coding, plane, limb.levels, limb.blur_px)
+            crossed_px = abs(limb.line[0]) * np.ptp(limb.rows)
+            place_px = CODED_LIMB_FACTOR * u_place_px(coding, step_codes(coding, plane, limb.levels), crossed_px)
+            u_width_px += float(np.hypot(u_inwards_px, place_px))
+            moved.append(end + np.array([outwards * inwards_px, 0.0]))
+        return moved, u_width_px
 
-    def _assumed_law(self, ends: list[Array], diameter_mm: float) -> tuple[float, float]:
-        """Correction and standard uncertainty, mm, from assumed quantities, propagated as whole laws (JCGM 101).
+    def _u_barriers_px(self, coding: Coding) -> float:
+        """Standard uncertainty of a barrier's place by compression, of the one that leans less."""
+        assert isinstance(self.barriers, Barriers)  # noqa: S101  nothing is measured without
+        step = step_codes(coding, self._decoder.whole(coding), self.barriers.levels)
+        return u_place_px(coding, step, float(np.abs(self.barriers.lines[:, 0]).min()) * len(self._empty))
 
-        The correction leads to the middle of the interval that holds 95 % of the diameters; the uncertainty is that of
-        a normal law whose interval is as wide.
-        """
-        summed = np.zeros(1)
-        for views in self._assumed:
-            changes = [float(np.median(diameters_mm(view, *ends))) - diameter_mm for view in views]
-            summed = np.add.outer(summed, changes).ravel()
-        low, high = np.quantile(summed, INTERVAL_95).tolist()
-        return 0.5 * (low + high), 0.25 * (high - low)
+
+def _scale(barriers: Barriers, reference: ConveyorReference, correlated_over_px: float) -> Scale:
+    return Scale.of(replace(barriers, correlated_px=correlated_over_px), reference)
 
 
 def _change_along(row: Array, diameter_mm: Array) -> float:
@@ -239,81 +244,32 @@ def _change_along(row: Array, diameter_mm: Array) -> float:
     return abs(slope) - 2 * scatter / float(np.sqrt(place @ place))
 
 
-def _changed_views(barriers: Barriers, reference: ConveyorReference, view: ConveyorView) -> list[ConveyorView]:
-    """Views with one measured quantity off by a standard uncertainty.
-
-    The quantities are the given heights, and the camera's height and place by the barriers' faces where they show.
-    """
-    changed: list[ConveyorView] = []
-    if (camera_mm := reference.camera_height_mm) is not None:
-        higher = replace(reference, camera_height_mm=camera_mm + U_CAMERA_HEIGHT_MM)
-        changed.append(conveyor_view(barriers, higher))
-    if (barrier_mm := reference.barrier_height_mm) is not None and view.u_width_px > 0:
-        lower = replace(reference, barrier_height_mm=barrier_mm - min(U_BARRIER_HEIGHT_MM, barrier_mm / 2))
-        changed += [
-            conveyor_view(barriers, lower),
-            replace(view, above_plane_mm=view.above_plane_mm * (1 + view.u_height)),
-            replace(view, across_mm=view.across_mm + view.u_across_mm),
-        ]
-    return changed
-
-
-def _assumed_views(barriers: Barriers, reference: ConveyorReference, view: ConveyorView) -> list[list[ConveyorView]]:
-    """Views over assumed quantities: for each, one in every equally probable part of its rectangular law."""
-    if view.u_plane_mm == 0:
-        return []
-    places = np.sqrt(3) * (2 * (np.arange(LAW_PARTS) + 0.5) / LAW_PARTS - 1)  # in standard uncertainties
-    edges_mm = view.plane_mm + places * view.u_plane_mm
-    focal_shares = FOCAL_SHARE * (1 + places * U_FOCAL_SHARE)
-    laws = [
-        [conveyor_view(barriers, reference, edge_mm=float(edge_mm)) for edge_mm in edges_mm],
-        [replace(view, across_mm=view.across_mm + place * view.u_across_mm) for place in places.tolist()],
-    ]
-    if reference.camera_height_mm is None:
-        laws.append([conveyor_view(barriers, reference, float(share), view.plane_mm) for share in focal_shares])
-    return laws
-
-
-def diameters_mm(view: ConveyorView, left_px: Array, right_px: Array) -> Array:
-    """Diameter of a round bar on the conveyor from points on its two edges.
-
-    Parameters
-    ----------
-    view : ConveyorView
-    left_px, right_px : ndarray of float64, shape (n, 2)
-        (x, y), one pair for each section.
-
-    Returns
-    -------
-    ndarray of float64, shape (n,)
-        2 R = 2 Z sin b / (cos a + sin b).
-    """
-    first, second = np.arctan(view.tangent(left_px)), np.arctan(view.tangent(right_px))
-    a, b = 0.5 * (first + second), 0.5 * np.abs(second - first)
-    return 2 * view.camera_height_mm * np.sin(b) / (np.cos(a) + np.sin(b))
-
-
 def _limb(light: Plane, spans: NDArray[np.int64], side: int) -> _Limb | None:
     """Edge of the bar at half level, row by row, around one straight line."""
     rows = np.flatnonzero(spans[:, 0] >= 0).astype(np.float64)
     line = robust_line(rows, spans[rows.astype(np.int64), side].astype(np.float64))
     inwards = 1 if side == 0 else -1
     for _ in range(2):  # the second time around the first one's line
-        column, shows = _columns(light, line, inwards, rows)
+        column, shows, _ = _columns(light, line, inwards, rows)
         if np.count_nonzero(shows) < COVERED_SHARE * len(rows):
             return None
         line = robust_line(rows[shows], column[shows])
-    column, shows = _columns(light, line, inwards, rows)
+    column, shows, found = _columns(light, line, inwards, rows)
     near = shows & (np.abs(column - line[0] * rows - line[1]) <= LINE_DISTANCE_PX)
-    return _Limb(line, rows[near], column[near]) if np.count_nonzero(near) >= COVERED_SHARE * len(rows) else None
+    if found is None or np.count_nonzero(near) < COVERED_SHARE * len(rows):
+        return None
+    levels = found.crossings.dark[near], found.crossings.bright[near]
+    return _Limb(line, rows[near], column[near], levels, found.blur_px)
 
 
-def _columns(light: Plane, line: Array, inwards: int, rows: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Column of the edge in each row, and where there is a clear step of light."""
+def _columns(
+    light: Plane, line: Array, inwards: int, rows: Array
+) -> tuple[Array, NDArray[np.bool_], ShadedCrossings | None]:
+    """Column of the edge in each row, where there is a clear step of light, and the edge itself."""
     found = shaded_crossings(across(light, line, inwards, rows, PROFILE_OFFSETS_PX), PROFILE_OFFSETS_PX, FIRST_BLUR_PX)
     if found is None:
-        return np.full(len(rows), np.nan), np.zeros(len(rows), dtype=np.bool_)
-    return crossed_columns(found.crossings, line, inwards, rows)
+        return np.full(len(rows), np.nan), np.zeros(len(rows), dtype=np.bool_), None
+    return *crossed_columns(found.crossings, line, inwards, rows), found
 
 
 def _touches(left: _Limb, right: _Limb, barriers: Barriers) -> bool:

@@ -21,7 +21,8 @@ from vision.edges.operators import detect_edges
 from vision.edges.thinning import ridges
 from vision.reasons import Reason
 from vision.sizing.conveyor.bar_spans import bar_spans
-from vision.sizing.conveyor.barriers import Barriers, grey_light
+from vision.sizing.conveyor.barriers import Barriers
+from vision.sizing.conveyor.grey_light import grey_light
 
 Array = NDArray[np.float64]
 Points = NDArray[np.float32]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from vision.geometry.robust_constants import BIWEIGHT_TUNING, SIGMA_PER_MAD
+from vision.order_statistics import median, quantiles
 
 Array = NDArray[np.float64]
 
@@ -199,7 +200,7 @@ def fit_cylinder(rays: EdgeRays, start: Array, rounds: int = 80) -> CylinderFit 
         pixel_per_mm = rays.pixel_per_radian / _depth_mm(parameters, rays)
         residual_px = gap * pixel_per_mm
         if step_number < NARROWING_ROUNDS:  # afterwards the scale is fixed, so that the steps converge
-            wide_px = SIGMA_PER_MAD * float(np.median(np.abs(residual_px)))
+            wide_px = SIGMA_PER_MAD * median(np.abs(residual_px))
             narrow_px = max(LEAST_SCALE_PX, _local_scatter_px(residual_px, near), NARROWEST_FACTOR * wide_px)
             scale_px = max(narrow_px, NARROWING_FACTOR**step_number * wide_px)
         ratio = np.where(residual_px < 0, rays.inwards, 1.0) * residual_px / scale_px
@@ -260,7 +261,7 @@ def _local_scatter_px(residual_px: Array, near: NDArray[np.bool_]) -> float:
     differences = np.abs(residual_px[LAG_POINTS:] - residual_px[:-LAG_POINTS])[near]
     if not differences.size:
         return 0.0
-    return float(np.quantile(differences, QUIET_SHARE) / (np.sqrt(2) * ndtri((1 + QUIET_SHARE) / 2)))
+    return float(quantiles(differences, (QUIET_SHARE,))[0] / (np.sqrt(2) * ndtri((1 + QUIET_SHARE) / 2)))
 
 
 def _depth_mm(parameters: Array, rays: EdgeRays) -> Array:
@@ -309,8 +310,10 @@ def _clustered_covariance(influence: Array, rays: EdgeRays) -> Array:
     by what the autocovariances over `LAG_WINDOWS` add to the radius' variance, with a flat-top taper
     (Politis, doi:10.1017/S0266466611000247).
     """
-    sums = np.zeros((int(rays.limb.max()) + 1, int(rays.window.max()) + 1, 5))
-    np.add.at(sums, (rays.limb, rays.window), influence.T)
+    limbs, windows = int(rays.limb.max()) + 1, int(rays.window.max()) + 1
+    strip = rays.limb * windows + rays.window
+    sums = np.stack([np.bincount(strip, part, limbs * windows) for part in influence], axis=-1)
+    sums = sums.reshape(limbs, windows, len(influence))
     seen = np.any(sums != 0, axis=2)
     if seen.sum(axis=1).max() < LEAST_WINDOWS:
         return np.full((5, 5), np.nan)

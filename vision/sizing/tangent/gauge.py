@@ -16,6 +16,7 @@ from vision.calibration.camera_turn import NO_TURN, CameraTurn
 from vision.calibration.rig import Rig
 from vision.geometry.camera import Camera
 from vision.light_planes import Decoder
+from vision.order_statistics import median, median_without_nan
 from vision.readings import SizeReading
 from vision.reasons import Reason
 from vision.sent_picture import Codes, SentPicture
@@ -289,12 +290,12 @@ def _width_mm(fit: CylinderFit, points: EdgePoints, view: int) -> float:
     sides = [agreeing & (points.side == side) for side in LIMB_SIDES]
     if not all(side.any() for side in sides):
         return float("nan")
-    return fit.diameter_mm + sum(float(np.median(fit.residual_px[one] / fit.pixel_per_mm[one])) for one in sides)
+    return fit.diameter_mm + sum(median(fit.residual_px[one] / fit.pixel_per_mm[one]) for one in sides)
 
 
 def _with_light(reading: SizeReading, limbs: list[LimbPoints]) -> SizeReading:
     """Add the limbs' exposure to a reading, with a value or without."""
-    bright = [float(np.median(limb.bright)) for limb in limbs if len(limb.bright)]
+    bright = [median(limb.bright) for limb in limbs if len(limb.bright)]
     return replace(
         reading,
         clipped_share=max(limb.clipped_share for limb in limbs),
@@ -318,7 +319,7 @@ def _reasons_of_limbs(limbs: list[LimbPoints], shown: list[int]) -> Reason:
     if len(shown) < len(limbs):
         reasons |= Reason.LIMB_HIDDEN
     for index in shown:
-        if np.median(limbs[index].bright) < WEAK_CONTRAST * np.median(limbs[index].dark):
+        if median(limbs[index].bright) < WEAK_CONTRAST * median(limbs[index].dark):
             reasons |= Reason.LOW_CONTRAST
     if any(limb.is_guess or limb.clipped_share > CLIPPED_FEW_SHARE for limb in limbs):
         reasons |= Reason.SOME_EDGES_CLIPPED
@@ -348,7 +349,7 @@ def _reasons_of_ends(fit: CylinderFit, points: EdgePoints, region_y_mm: tuple[fl
 def _reasons_of_fit(fit: CylinderFit, window_px: Array, region_y_mm: tuple[float, float]) -> Reason:
     _, z0, _, slope_z, radius_mm = fit.parameters
     reasons = Reason.NONE
-    if np.abs(np.nanmedian(window_px, axis=1)).max() > WORST_LIMB_PX:
+    if max(abs(median_without_nan(limb_px)) for limb_px in window_px) > WORST_LIMB_PX:
         reasons |= Reason.VIEWS_DISAGREE
     end_mm = np.abs(np.array(region_y_mm) * slope_z + z0 - radius_mm).max()
     on_rollers = end_mm <= OFF_ROLLERS_SHARE * 2 * radius_mm + OFF_ROLLERS_MM

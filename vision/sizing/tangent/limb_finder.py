@@ -18,6 +18,7 @@ from vision.geometry.camera import Camera
 from vision.geometry.consensus_line import consensus_line
 from vision.geometry.measuring_plane import PLANE_HEIGHT_MM
 from vision.light_planes import Decoder, LightPlane
+from vision.order_statistics import median_without_nan, quantiles
 from vision.sent_picture import Coding, SentPicture
 from vision.sizing.limits import CLIPPED_FEW_SHARE, FIRST_BLUR_PX, LEAST_POINTS
 
@@ -29,7 +30,7 @@ PROFILE_STEP_PX = 0.25  # chosen: distance of the samples along a profile
 SEARCH_HALF_LENGTH_PX = 12.0  # chosen: half length of the first profiles; the grid gives the limb to a few pixels
 REFINE_HALF_LENGTH_PX = 9.0  # chosen: half length of the second profiles, around a straight line
 INSIDE_PX = 8.0  # chosen: this far inwards of the rough limb a pixel surely lies on the bar
-BRIGHTEST_PERCENT = 90.0  # chosen: a channel clips if a tenth of the bar's pixels do
+BRIGHTEST_SHARE = 0.9  # chosen: a channel clips if a tenth of the bar's pixels do
 U_SHADING = 0.25  # chosen, relative: standard uncertainty of the shift that corrects for shading towards the limb
 MOST_UNEVEN_SHARE = (
     0.5  # chosen: beyond it the median profile's fall of light is a patch's, and no shading is corrected
@@ -145,7 +146,7 @@ class LimbFinder:
             `seen` is 0, and the line the given one, where there are fewer than `LEAST_POINTS`.
         """
         point, normal, y_mm = self._across(line, side, self._region_y_mm, ROUGH_SPACING_PX)
-        outside, inside = (_shown_level(picture, point + way * INSIDE_PX * normal) for way in (-1, 1))
+        (outside,), (inside,) = (_shown_levels(picture, point + way * INSIDE_PX * normal, (0.5,)) for way in (-1, 1))
         plane = self._decoder.planes(picture.coding, outside, inside)[0]
         profile = sample_profiles(picture.measured, plane, point, normal, SEARCH_OFFSETS_PX)
         place = half_level_crossing(profile, SEARCH_OFFSETS_PX, FIRST_BLUR_PX).place_px
@@ -180,8 +181,8 @@ class LimbFinder:
         """
         point, normal, y_mm = self._across(line, side, span_mm, SPACING_PX)
         tried: list[LimbPoints] = []
-        outside, inside = (_shown_level(picture, point + way * INSIDE_PX * normal) for way in (-1, 1))
-        brightest = _shown_level(picture, point + INSIDE_PX * normal, BRIGHTEST_PERCENT)
+        (outside,) = _shown_levels(picture, point - INSIDE_PX * normal, (0.5,))
+        inside, brightest = _shown_levels(picture, point + INSIDE_PX * normal, (0.5, BRIGHTEST_SHARE))
         few = slice(None, None, SETTLED_STEP)
         for plane in settled(
             self._decoder.planes(picture.coding, outside, inside, brightest),
@@ -209,7 +210,7 @@ class LimbFinder:
         bright = crossings.dark + step
         inwards_px, u_inwards_px = compression_shift_px(coding, plane, (crossings.dark, bright), blur_px)
         place = place - inwards_px
-        shading_px = float(np.nanmedian(crossings.place_px - shaded.unshaded_px))
+        shading_px = median_without_nan(crossings.place_px - shaded.unshaded_px)
         u_shading_px = U_SHADING * abs(shading_px)
         if uneven_share > MOST_UNEVEN_SHARE:  # most profiles cross patches, which are no shading
             place, u_shading_px, shading_px = place - shading_px, abs(shading_px) / np.sqrt(3), 0.0
@@ -269,12 +270,12 @@ class LimbFinder:
         return centre + reach[:, None] * direction
 
 
-def _shown_level(picture: SentPicture, point: Array, percent: float = 50.0) -> Array:
-    """A percentile, else the median, of each channel's code values as shown at some points, shape (channels,)."""
+def _shown_levels(picture: SentPicture, point: Array, shares: tuple[float, ...]) -> list[Array]:
+    """Quantiles of each channel's code values as shown at some points, each of shape (channels,)."""
     at = np.rint(point[::8])
     shown = picture.shown.reshape(*picture.shown.shape[:2], -1)
     x, y = at[np.all((at >= 0) & (at < picture.size), axis=1)].astype(int).T
-    return np.percentile(shown[y, x], percent, axis=0) if x.size else np.zeros(shown.shape[2])
+    return quantiles(shown[y, x], shares) if x.size else [np.zeros(shown.shape[2]) for _ in shares]
 
 
 def _at(line: Array, y_mm: Array) -> Array:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.order_statistics import median
 from vision.sizing.limits import LIMB_SIDES
 from vision.sizing.tangent.cylinder_fit import CylinderFit, EdgeRays, touched_points
 from vision.sizing.tangent.edge_points import EdgePoints
@@ -83,7 +84,7 @@ def _limb_place_mm(fit: CylinderFit, points: EdgePoints, limb: int) -> tuple[flo
     window = points.window[mine]
     means = np.bincount(window, outwards_mm) / np.maximum(np.bincount(window), 1)
     means = means[np.bincount(window) > 0]
-    return float(np.median(outwards_mm)), float(means.std() / math.sqrt(max(len(means) - 1, 1)))
+    return median(outwards_mm), float(means.std() / math.sqrt(max(len(means) - 1, 1)))
 
 
 def _height_slope(fit: CylinderFit, points: EdgePoints) -> float:

@@ -11,6 +11,7 @@ from vision.calibration.camera_turn import NO_TURN, CameraTurn
 from vision.calibration.rig import Rig
 from vision.geometry.camera import CAMERA_PARAMETERS
 from vision.light import half_level_doubts_px
+from vision.order_statistics import median
 from vision.sizing.tangent.cylinder_fit import CylinderFit, touched_points
 from vision.sizing.tangent.edge_points import EdgePoints
 from vision.sizing.tangent.limb_finder import LimbPoints
@@ -149,7 +150,7 @@ def _off_px(fit: CylinderFit, points: EdgePoints, index: int, limb: LimbPoints) 
     """
     mine = points.limb == index
     agreeing = fit.weight[mine] > 0
-    middle_px = float(np.median(fit.residual_px[mine][agreeing])) if agreeing.any() else 0.0
+    middle_px = median(fit.residual_px[mine][agreeing]) if agreeing.any() else 0.0
     foreign = min(1 - float(fit.weight[mine].mean()), MOST_FOREIGN_SHARE)
     bias_px = GROSS_ERROR_SENSITIVITY * fit.scale_px * foreign / (1 - foreign) / np.sqrt(3)
     return float(np.linalg.norm([U_PLACE_PX, limb.u_shading_px, middle_px, bias_px]))

@@ -60,7 +60,7 @@ class AlignedPair:
         """
         first, second = self.edges[view].sides
         windows, to_plane = len(first.row), self.to_plane(view)
-        window_rows = (self.alignment.left, self.alignment.right)[view].picture.shape[0] // windows
+        window_rows = (self.alignment.left, self.alignment.right)[view].shape[0] // windows
         rows = np.arange(windows * window_rows, dtype=np.float64).reshape(windows, window_rows)
         ends = []
         for side in (first, second):

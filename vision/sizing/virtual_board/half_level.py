@@ -13,6 +13,7 @@ from vision.geometry.robust_line import robust_line
 from vision.geometry.turned_region import Region
 from vision.light import half_level_doubts_px
 from vision.light_planes import Decoder, LightPlane
+from vision.order_statistics import median, median_without_nan, quantiles
 from vision.sizing.limits import CLIPPED_FEW_SHARE, FIRST_BLUR_PX
 
 Array = NDArray[np.float64]
@@ -28,7 +29,7 @@ LEAST_STEP_SHARE = 0.1
 LEAST_GATE_PX = 0.3  # chosen: points within 0.3 px of the line are kept, however little the others scatter
 GATE_SIGMAS = 3  # chosen: points further from the line than 3 robust standard deviations are left out
 LEAST_ROWS = 20  # chosen: with an edge in fewer rows there is no limb
-BRIGHTEST_PERCENT = 90.0  # chosen: a channel clips if a tenth of the bar's rows do
+BRIGHTEST_SHARE = 0.9  # chosen: a channel clips if a tenth of the bar's rows do
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,7 +91,7 @@ class ThinEdges:
     @property
     def rows(self) -> Index:
         """Rows with any edge."""
-        return np.unique(self.row)
+        return np.flatnonzero(np.bincount(self.row))
 
     def near(self, line: Array) -> Array:
         """Mean column of the pixels near a line in each row of the region, NaN without any."""
@@ -148,7 +149,7 @@ class HalfLevel:
         LimbRows
         """
         tried: list[LimbRows] = []
-        levels = self._level(line, -1), self._level(line, 1), self._level(line, 1, BRIGHTEST_PERCENT)
+        levels = *self._levels(line, -1, (0.5,)), *self._levels(line, 1, (0.5, BRIGHTEST_SHARE))
         few = edges.rows[:: SPARSE_ROW_STEP**2]
         planes = self.decoder.planes(self.region.raw.coding, *levels)
         for plane in settled(planes, lambda plane: self._profiles(plane, line, few)[0], OFFSETS_PX):
@@ -191,7 +192,7 @@ class HalfLevel:
         if line is None:
             return LimbRows.nothing(edges.area, share)
         with np.errstate(divide="ignore", invalid="ignore"):
-            contrast = float(np.median(crossings.bright[there]) / np.median(crossings.dark[there]))
+            contrast = median(crossings.bright[there]) / median(crossings.dark[there])
         return LimbRows(_on_line(column, line), edges.area, line, share, contrast)
 
     def _profiles(self, plane: LightPlane, line: Array, rows: Index) -> tuple[Array, Array]:
@@ -199,14 +200,13 @@ class HalfLevel:
         middle = line[0] * rows + line[1]
         return self.region.light(rows, middle[:, None] - self.side * OFFSETS_PX, plane), middle
 
-    def _level(self, line: Array, way: int, percent: float = 50.0) -> Array:
-        """A percentile, else the median, of each channel's code values as shown just inside the edge (1) or outside."""
-        rows, columns = self.region.picture.shape[:2]
+    def _levels(self, line: Array, way: int, shares: tuple[float, ...]) -> list[Array]:
+        """Quantiles of each channel's code values as shown just inside the edge (1) or outside."""
+        rows, columns = self.region.shape
         inside = np.rint(line[0] * np.arange(rows) + line[1]).astype(np.int64) - way * self.side * (
             PROFILE_HALF_LENGTH_PX - 1
         )
-        channels = self.region.picture.reshape(rows, columns, -1)
-        return np.percentile(channels[np.arange(rows), np.clip(inside, 0, columns - 1)], percent, axis=0)
+        return quantiles(self.region.at(np.clip(inside, 0, columns - 1)[:, None]).reshape(rows, -1), shares)
 
 
 def _shaded_crossings(profile: Array, at: Index, blur_px: float) -> Crossings:
@@ -222,7 +222,7 @@ def _steps(crossings: Crossings) -> NDArray[np.bool_]:
     step = np.where(np.isfinite(crossings.place_px), crossings.bright - crossings.dark, np.nan)
     known = step[np.isfinite(step)]
     with np.errstate(invalid="ignore"):
-        return step >= LEAST_STEP_SHARE * np.percentile(known, 90) if known.size else np.zeros(len(step), dtype=bool)
+        return step >= LEAST_STEP_SHARE * quantiles(known, (0.9,))[0] if known.size else np.zeros(len(step), dtype=bool)
 
 
 def _blur_px(profile: Array, place: Array) -> float | None:
@@ -236,5 +236,5 @@ def _blur_px(profile: Array, place: Array) -> float | None:
 def _on_line(column: Array, line: Array) -> Array:
     """Columns without those off the line by more than their scatter explains."""
     away = np.abs(column - (line[0] * np.arange(len(column)) + line[1]))
-    limit = max(LEAST_GATE_PX, GATE_SIGMAS * SIGMA_PER_MAD * float(np.nanmedian(away)))
+    limit = max(LEAST_GATE_PX, GATE_SIGMAS * SIGMA_PER_MAD * median_without_nan(away))
     return np.where(away <= limit, column, np.nan)

@@ -123,6 +123,11 @@ class VirtualBoardReading:
         )
 
 
+def without_uncertainty(reading: VirtualBoardReading) -> VirtualBoardReading:
+    """Reading whose U is not known, with the reason `uncertainty_unknown`."""
+    return replace(reading, u_model_mm=math.nan, reasons=reading.reasons | Reason.UNCERTAINTY_UNKNOWN)
+
+
 def held_against(fused: VirtualBoardReading, apart: VirtualBoardReading) -> VirtualBoardReading:
     """Reading of a fused picture with the uncertainty that its views, read apart, leave to it.
 
@@ -142,6 +147,6 @@ def held_against(fused: VirtualBoardReading, apart: VirtualBoardReading) -> Virt
     if not fused.valid or math.isnan(fused.u_model_mm):
         return fused
     if not apart.valid:
-        return replace(fused, u_model_mm=math.nan, reasons=fused.reasons | Reason.UNCERTAINTY_UNKNOWN)
+        return without_uncertainty(fused)
     apart_mm = abs(fused.diameter_mm - apart.diameter_mm)
     return replace(fused, u_model_mm=math.hypot(fused.u_model_mm, apart_mm / math.sqrt(3)))

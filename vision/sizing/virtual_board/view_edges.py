@@ -8,13 +8,14 @@ line first, searches only strips along the edges, and moves points to half level
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from vision.alignment.quality import BarOutline
 from vision.edges.operators import Edges
-from vision.geometry.turned_region import Picture, Region
+from vision.geometry.turned_region import Region
 from vision.light_planes import Decoder
+from vision.order_statistics import quantiles
+from vision.pictures import brightest_channel
 from vision.reasons import Reason
 from vision.sizing.limits import CLIPPED_FEW_SHARE, CLIPPED_MOST_SHARE, COVERED_SHARE, LIMB_SIDES, WEAK_CONTRAST
 from vision.sizing.virtual_board.boundaries_of_interest import Boundaries, boundaries_of_interest, hot_mask
@@ -27,6 +28,7 @@ Array = NDArray[np.float64]
 SEARCH_REACH_PX = 12  # chosen: an edge lies at most this far from the rough outline
 STRIP_HALF_WIDTH_PX = 16  # chosen: boundaries of interest count up to this far to either side of an edge
 FOREST_MARGIN_PX = 48  # the forest reads no further, so that edges in a strip are those of the whole region
+PLACES_ACROSS = 33  # chosen: an odd number of places across the bar, of which the median tells whether a row glows
 HOT_ROW_SHARE = 0.4  # chosen: a row glows if its code values reach 40 % of a bright row's
 
 
@@ -131,12 +133,12 @@ def edges_by_lines(
     -------
     ViewEdges
     """
-    hot = _hot_rows(region.picture, rough)
+    hot = _hot_rows(region, rough)
     limbs = [
-        _limb(region, _thin_edges(region.picture, line, hot, parameters, detector), line, side, decoder)
+        _limb(region, _thin_edges(region, line, hot, parameters, detector), line, side, decoder)
         for line, side in zip(rough, LIMB_SIDES, strict=True)
     ]
-    windows = region.picture.shape[0] // parameters.window_rows
+    windows = region.shape[0] // parameters.window_rows
     rows = np.arange(windows * parameters.window_rows, dtype=np.float64).reshape(windows, parameters.window_rows)
     columns = [limb.column[: rows.size].reshape(rows.shape) for limb in limbs]
     sides = [WindowPoints(np.where(np.isfinite(column), rows, np.nan), column) for column in columns]
@@ -144,7 +146,7 @@ def edges_by_lines(
     return ViewEdges(
         (sides[0], sides[1]),
         np.column_stack(areas),
-        _outline_of_lines([limb.line for limb in limbs], region.picture.shape[0]),
+        _outline_of_lines([limb.line for limb in limbs], region.shape[0]),
         max(limb.clipped_share for limb in limbs),
         min(limb.contrast for limb in limbs),
         float(hot.mean()),
@@ -168,43 +170,28 @@ def _limb(region: Region, edges: ThinEdges, rough: Array, side: int, decoder: De
 
 
 def _thin_edges(
-    picture: Picture, rough: Array, hot: NDArray[np.bool_], parameters: Parameters, detector: Edges
+    region: Region, rough: Array, hot: NDArray[np.bool_], parameters: Parameters, detector: Edges
 ) -> ThinEdges:
     """Thin edges of a strip along a rough line, in rows that glow."""
-    columns = picture.shape[1]
-    ends = rough[1] + rough[0] * np.array([0.0, picture.shape[0] - 1.0])
+    rows, columns = region.shape
+    ends = rough[1] + rough[0] * np.array([0.0, rows - 1.0])
     inner = max(0, int(ends.min()) - STRIP_HALF_WIDTH_PX), min(columns, int(ends.max()) + STRIP_HALF_WIDTH_PX + 1)
     outer = max(0, inner[0] - FOREST_MARGIN_PX), min(columns, inner[1] + FOREST_MARGIN_PX)
     seen = slice(inner[0] - outer[0], inner[1] - outer[0])
-    found = boundaries_of_interest(picture[:, outer[0] : outer[1]], None, detector, parameters, seen=seen)
+    found = boundaries_of_interest(region.part(slice(*outer)), None, detector, parameters, seen=seen)
     row, column = np.nonzero(found.thin * hot[:, None])
     return ThinEdges(row, (column + inner[0]).astype(np.float64), found.band.sum(axis=1, dtype=np.float64))
 
 
-def _hot_rows(picture: Picture, rough: tuple[Array, Array]) -> NDArray[np.bool_]:
+def _hot_rows(region: Region, rough: tuple[Array, Array]) -> NDArray[np.bool_]:
     """Rows in which most of what lies between the rough edges glows: not beyond a bar's end, not where it is hidden."""
+    rows, columns = region.shape
+    row, across = np.arange(rows)[:, None], np.linspace(-1.0, 1.0, PLACES_ACROSS)
     middle, half = 0.5 * (rough[0] + rough[1]), 0.4 * (rough[1] - rough[0])
-    across = np.linspace(-1.0, 1.0, 33)
-    level = _middle_levels(picture.reshape(*picture.shape[:2], -1), middle, half, across)
-    return level >= HOT_ROW_SHARE * np.percentile(level, 90)
-
-
-@njit(nogil=True, cache=True)
-def _middle_levels(picture, middle, half, across):  # type: ignore[no-untyped-def]
-    """Median over an odd number of places in each row of the brightest channel there."""
-    rows, columns, channels = picture.shape
-    level = np.empty(rows)
-    seen = np.empty(len(across), np.uint8)
-    for row in range(rows):
-        for k in range(len(across)):
-            place = middle[0] * row + middle[1] + across[k] * (half[0] * row + half[1])
-            column = int(min(max(place, 0.0), columns - 1.0))
-            brightest = picture[row, column, 0]
-            for channel in range(1, channels):
-                brightest = max(brightest, picture[row, column, channel])
-            seen[k] = brightest
-        level[row] = np.sort(seen)[len(across) // 2]
-    return level
+    place = middle[0] * row + middle[1] + across * (half[0] * row + half[1])
+    seen = brightest_channel(region.at(np.clip(place, 0.0, columns - 1.0).astype(np.int64)))
+    level = np.partition(seen, PLACES_ACROSS // 2, axis=1)[:, PLACES_ACROSS // 2]
+    return level >= HOT_ROW_SHARE * quantiles(level, (0.9,))[0]
 
 
 def _line(edges: ThinEdges, rough: Array) -> Array | None:
@@ -214,7 +201,7 @@ def _line(edges: ThinEdges, rough: Array) -> Array | None:
     count = np.bincount(np.rint(away[near]).astype(np.int64) + SEARCH_REACH_PX, minlength=2 * SEARCH_REACH_PX + 1)
     middle = int(np.convolve(count, np.ones(5), "same").argmax()) - SEARCH_REACH_PX
     agree = np.abs(away - middle) <= 2 * LINE_DISTANCE_PX
-    if len(np.unique(edges.row[agree])) < LEAST_ROWS:
+    if np.count_nonzero(np.bincount(edges.row[agree])) < LEAST_ROWS:
         return None
     return line_of(edges.row[agree], edges.column[agree])
 

@@ -13,10 +13,13 @@ from appliance.simulation.thermal_line import ThermalLine, random_thermal_line, 
 from appliance.simulation.write_recording import write_thermal_recording
 from vision.reasons import Reason
 from vision.sizing.conveyor import gauge as conveyor
-from vision.sizing.conveyor.barriers import Barriers, find_barriers, grey_light
+from vision.sizing.conveyor import scale
+from vision.sizing.conveyor.barriers import Barriers, find_barriers
 from vision.sizing.conveyor.camera_view import ConveyorReference, conveyor_view
-from vision.sizing.conveyor.gauge import ConveyorGauge, diameters_mm
+from vision.sizing.conveyor.gauge import ConveyorGauge
+from vision.sizing.conveyor.grey_light import grey_light
 from vision.sizing.conveyor.published_experiments import experiment, homography, local_area_widths, traced_widths
+from vision.sizing.conveyor.scale import diameters_mm
 
 BAR = Bar(165.0, 20.0, 0.0)
 CAMERA_MM = 2600.0
@@ -111,7 +114,7 @@ def test_what_a_tape_leaves_open_of_a_height_counts_as_much_as_it_moves_the_diam
     reading = ConveyorGauge(pictures[:2], reference).measure(pictures[2])
     taped = replace(reference, **{field: getattr(reference, field) + off_mm})
     moved_mm = ConveyorGauge(pictures[:2], taped).measure(pictures[2]).diameter_mm - reading.diameter_mm
-    monkeypatch.setattr(conveyor, constant, 0.0)
+    monkeypatch.setattr(scale, constant, 0.0)
     without = ConveyorGauge(pictures[:2], reference).measure(pictures[2])
     counted_mm = np.sqrt(reading.u_model_mm**2 - without.u_model_mm**2)
     assert abs(moved_mm) > 0.001

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from coded_pictures import CODINGS
 from mill_scenes import perfect_rig
 
 from appliance.simulation.bars.bars import Bar
@@ -132,6 +133,26 @@ def test_u_of_a_fused_value_holds_though_the_views_widths_differ(oblique, method
     error_mm = abs(fused.diameter_mm - scene.truth["diameter_mm"])
     assert error_mm <= fused.expanded_uncertainty_mm
     assert fused.expanded_uncertainty_mm >= 2 / np.sqrt(3) * abs(fused.diameter_mm - apart.diameter_mm)
+
+
+def test_fused_pictures_of_subsampled_colours_are_measured_in_luma():
+    scene = draw("clean", 3)
+    gauge = VirtualBoardGauge(perfect_rig(scene.rig, scene.response), edges="sobel", fusion="db4")
+    plain = gauge.measure(scene.left, scene.right)
+    sent = [CODINGS["jpeg 4:2:0 q90"].sent([picture]) for picture in (scene.left, scene.right)]
+    in_luma, in_colours = gauge.measure(*sent), gauge.measure(*(one.shown for one in sent))
+    assert in_luma.diameter_mm == pytest.approx(plain.diameter_mm, abs=0.1)
+    assert in_colours.diameter_mm < plain.diameter_mm - 0.2
+
+
+def test_fused_pictures_of_video_have_a_value_without_an_uncertainty(oblique):
+    scene, alone = oblique
+    gauge = VirtualBoardGauge(alone.rig, edges="sobel", fusion="db4")
+    coding = CODINGS["h264 crf 23"]
+    reading = gauge.measure(*(coding.sent([picture] * coding.frames) for picture in (scene.left, scene.right)))
+    assert reading.valid
+    assert Reason.UNCERTAINTY_UNKNOWN in reading.reasons
+    assert trust_percent(reading.size_reading()) == 0.0
 
 
 def test_a_fused_value_that_its_views_cannot_judge_has_no_uncertainty_a_reason_and_no_trust():
