@@ -13,12 +13,15 @@ Array = NDArray[np.float64]
 
 
 def median(values: Array) -> float:
-    """Median of all numbers; NaN where there is none, or one of them is NaN."""
+    """Median of all numbers; NaN where there is none, or one of them is NaN.
+
+    It is one of numpy's numbers: a share of a median of 0, as of a black background, is infinite and raises nothing.
+    """
     if not values.size:
         return math.nan
     low, high, last = (values.size - 1) // 2, values.size // 2, values.size - 1
     ranked = np.partition(values, (low, high, last), axis=None)  # NaN comes last
-    return math.nan if np.isnan(ranked[last]) else float(0.5 * (ranked[low] + ranked[high]))
+    return math.nan if np.isnan(ranked[last]) else np.float64(0.5 * (ranked[low] + ranked[high]))
 
 
 def median_without_nan(values: Array) -> float:

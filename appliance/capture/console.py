@@ -7,7 +7,7 @@ from typing import TextIO
 from appliance.capture.error import CaptureError
 
 LIVE_PERIOD_S = 0.2
-PIPED_PERIOD_S = 5.0  # between lines of what changes, where there is no terminal
+PIPED_PERIOD_S = 1.0  # between lines of what changes, where there is no terminal: the page shows them
 
 
 class Console:

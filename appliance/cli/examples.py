@@ -12,6 +12,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     ),
     "calibrate": (
         "hotgauge calibrate my_rig --output rig.json",
+        "hotgauge calibrate my_rig --output rig.json --report calibration.html",
         "hotgauge calibrate my_rig --output rig.json --squares 8 5 --square-mm 50",
     ),
     "measure": (

@@ -13,7 +13,7 @@ INPUT_SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".
 ROW_SUFFIXES = frozenset({"", ".csv", ".jsonl", ".json", ".ndjson", ".txt"})
 
 
-def refuse_lost_input(output: Path, inputs: Iterable[Path | None]) -> None:
+def refuse_lost_input(output: Path, inputs: Iterable[Path | None], option: str = "--output") -> None:
     """Raise `CommandError` if writing an output would replace an input.
 
     Parameters
@@ -23,6 +23,8 @@ def refuse_lost_input(output: Path, inputs: Iterable[Path | None]) -> None:
     inputs : iterable of Path or None
         Files and folders that the command reads; None for one that was not given. In a folder, pictures, videos and the
         files of a recording or a rig folder are inputs, and other files are not.
+    option : str
+        Which names the output, for the sentence.
 
     Raises
     ------
@@ -36,18 +38,25 @@ def refuse_lost_input(output: Path, inputs: Iterable[Path | None]) -> None:
         read = given.resolve()
         is_inside = read.is_dir() and place.is_relative_to(read) and _is_input(place)
         if place == read or is_inside or (read.is_file() and place.samefile(read)):
-            raise CommandError(f"--output: {output} is read by this command and would be lost; give another file")
+            raise CommandError(f"{option}: {output} is read by this command and would be lost; give another file")
 
 
-def refuse_unwritable(output: Path) -> None:
-    """Raise `CommandError`, before any work is done, for an output that cannot be written when it is done."""
+def refuse_unwritable(output: Path, option: str = "--output") -> None:
+    """Raise `CommandError`, before any work is done, for an output that cannot be written when it is done.
+
+    Parameters
+    ----------
+    output : Path
+    option : str
+        Which names it, for the sentence.
+    """
     folder = output.parent
     if not folder.is_dir():
-        raise CommandError(f"--output: {output}: there is no folder {folder}; make it, or give another file")
+        raise CommandError(f"{option}: {output}: there is no folder {folder}; make it, or give another file")
     if output.is_dir():
-        raise CommandError(f"--output: {output} is a folder; give the name of a file in it")
+        raise CommandError(f"{option}: {output} is a folder; give the name of a file in it")
     if not os.access(folder, os.W_OK):
-        raise CommandError(f"--output: {folder} is not writable; give a file in a writable folder")
+        raise CommandError(f"{option}: {folder} is not writable; give a file in a writable folder")
 
 
 def refuse_other_formats(output: Path) -> None:

@@ -21,6 +21,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from appliance.errors import HotgaugeError
 from appliance.page.access.guards import Guards, TooLargeError
 from appliance.page.access.logins import Login
+from appliance.page.board_pictures import BoardPicturesError
 from appliance.page.commissioning import CommissioningError
 from appliance.page.parts import Parts
 from appliance.page.rendering import VIEWS, language_of, page, render
@@ -38,6 +39,8 @@ _LIVE: dict[str, Callable[[Parts, Texts, Login], dict[str, Any]]] = {
     "registers": registers.values,
 }
 """Views that renew themselves."""
+
+_STEPS = {"capture", "stop", "calibrate", "verify", "confirm"}
 
 COOKIE_AGE_S = 365 * 86400  # of language and light, which tell nobody anything
 
@@ -127,10 +130,12 @@ class Application:
         if login is None:
             return PlainTextResponse("not logged in", 401)
         view = request.path_params["view"]
-        if view not in _LIVE:
+        if view == "commission" and not login.may(Role.ENGINEER):
+            return PlainTextResponse("not allowed", 403)
+        if view not in _LIVE and view != "commission":
             return PlainTextResponse("no such view", 404)
         texts = Texts(language_of(request))
-        values = _LIVE[view](self._parts, texts, login)
+        values = _LIVE.get(view, commission.live)(self._parts, texts, login)
         return HTMLResponse(render(f"{view}_live.html", texts, values | {"login": login}))
 
     def _picture(self, request: Request) -> Response:
@@ -184,23 +189,25 @@ class Application:
             return RedirectResponse("/login", 303)
         if not login.may(Role.ENGINEER):
             return self._refuse(request, login, "not_allowed")
-        return page(request, "commission", commission.values(self._parts.commissioning, request.query_params), login)
+        texts = Texts(language_of(request))
+        values = commission.values(self._parts, texts, login, request.query_params)
+        return page(request, "commission", values, login, live="/live/commission")
 
     async def _do_step(self, request: Request) -> Response:
         login = await self._allow(request, Role.ENGINEER)
         if isinstance(login, _Refused):
             return login.response
         step = request.path_params["step"]
-        if step not in {"calibrate", "verify", "confirm"}:
+        if step not in _STEPS:
             return PlainTextResponse("no such step", 404)
         form = await request.form()
         fields = {name: _field(form, name) for name in form}
         logger.info("%s (%s) begins: %s", login.name, login.role, step)
         try:
             await asyncio.to_thread(commission.act, self._parts.commissioning, step, fields, login.name)
-        except CommissioningError as error:
+        except (CommissioningError, BoardPicturesError) as error:
             return page(request, "commission", {"template": "message", "heading": str(error)}, login, status=409)
-        login.said = "confirmed" if step == "confirm" else "step_begun"
+        login.said = {"confirm": "confirmed", "stop": "capture_stopped"}.get(step, "step_begun")
         return RedirectResponse(f"/commission?{urlencode({'folder': fields.get('folder', '')})}", 303)
 
     def _set(self, request: Request) -> Response:

@@ -20,6 +20,7 @@ from appliance.errors import HotgaugeError
 from appliance.files.atomic_file import whole_file, whole_place
 from appliance.files.digest import file_sha256
 from appliance.files.reload_request import ask_for_reload
+from appliance.page.board_pictures import BoardPictures
 
 CANDIDATE = "rig_candidate.json"
 STATE_FILE = "commissioning.json"
@@ -79,6 +80,7 @@ class Commissioning:
         self.rig = rig
         self._config = config
         self._refusal = refusal
+        self.board_pictures = BoardPictures(folder, config)
         self._running: tuple[str, Step] | None = None
         self._one_at_a_time = threading.Lock()
 
@@ -117,16 +119,19 @@ class Commissioning:
         now = file_sha256(place / CANDIDATE)
         return {step: one for step, one in done.items() if not one.ok or one.sha256 == now}
 
-    def calibrate(self, name: str, who: str) -> None:
+    def calibrate(self, name: str, who: str, region_y_mm: tuple[float, float] | None = None) -> None:
         """Begin to calibrate from the pictures of a folder; raises `CommissioningError`.
 
         Parameters
         ----------
         name : str
         who : str
+        region_y_mm : tuple of float, optional
+            Measuring region along the line, from and to; without: the command's own.
         """
         place = self._place(name, with_boards=True)
-        self._begin(name, "calibrated", who, ["calibrate", place, "--output", place / CANDIDATE])
+        region = [] if region_y_mm is None else ["--region", *(f"{end_mm:g}" for end_mm in region_y_mm)]
+        self._begin(name, "calibrated", who, ["calibrate", place, "--output", place / CANDIDATE, *region])
 
     def verify(self, name: str, who: str, recording: str, diameter_mm: float, expanded_mm: float) -> None:
         """Begin to verify a candidate with a recording of a master bar; raises `CommissioningError`.
@@ -259,6 +264,8 @@ class Commissioning:
     def _refuse_while_running(self) -> None:
         if self._running is not None:
             raise CommissioningError(f"{self._running[0]}: still being worked on; wait until it is done")
+        if self.board_pictures.running:
+            raise CommissioningError(f"{self.board_pictures.name}: pictures are being taken; stop that first")
 
     def _work(self, name: str, step: Step, who: str, words: Sequence[str | Path]) -> None:
         try:

@@ -24,6 +24,8 @@ class Parts:
     history : Path or None
         Folder of the history; None if nothing is kept.
     commissioning : Commissioning
+    references : Path or None
+        Folder of the ingots' references that the settings name.
     attempts : Attempts
     """
 
@@ -33,4 +35,5 @@ class Parts:
     previews: Previews
     history: Path | None
     commissioning: Commissioning
+    references: Path | None = None
     attempts: Attempts = field(default_factory=Attempts)

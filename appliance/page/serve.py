@@ -32,6 +32,7 @@ def serve_page(
     previews: Path | None,
     history: Path | None,
     commissioning: Commissioning,
+    references: Path | None,
 ) -> None:
     """Serve the page until SIGINT or SIGTERM.
 
@@ -49,6 +50,8 @@ def serve_page(
     history : Path or None
         Folder of the history.
     commissioning : Commissioning
+    references : Path or None
+        Folder of the ingots' references.
 
     Raises
     ------
@@ -57,7 +60,7 @@ def serve_page(
     """
     watch = Watch(place, own)
     logins = Logins(settings.login_max_h, settings.idle_max_min)
-    parts = Parts(watch, Users(users), logins, Previews(previews), history, commissioning)
+    parts = Parts(watch, Users(users), logins, Previews(previews), history, commissioning, references)
     secure = settings.certificate is not None
     config = uvicorn.Config(
         Application(parts, secure=secure).asgi(),
@@ -87,4 +90,5 @@ def serve_page(
     try:
         uvicorn.Server(config).run([socket])
     finally:
+        commissioning.board_pictures.stop()
         watch.stop()

@@ -25,7 +25,7 @@ def trend(shift: Shift) -> str:
     bars = sorted((bar for series in shift.series for bar in series.bars), key=lambda bar: bar["started_utc_ms"])
     if not bars:
         return ""
-    figure, (axes,) = _figure(TREND_HEIGHT_INCH, 1)
+    figure, (axes,) = new_figure(TREND_HEIGHT_INCH, 1, 1)
     times = [_time(bar) for bar in bars]
     deviations = [bar["deviation_mm"] for bar in bars]
     expanded = [_expanded_mm(bar) for bar in bars]
@@ -44,12 +44,12 @@ def trend(shift: Shift) -> str:
     axes.set_xlim(shift.start, shift.end)
     axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, frameon=False, borderaxespad=0.2)
     _local_time(axes, shift.start)
-    return _svg(figure)
+    return svg_of(figure)
 
 
 def control(chart: ControlChart) -> str:
     """Means and ranges of the subgroups with their limits; those outside are ringed."""
-    figure, (means, ranges) = _figure(CONTROL_HEIGHT_INCH, 2)
+    figure, (means, ranges) = new_figure(CONTROL_HEIGHT_INCH, 2, 1)
     levels = ((chart.center, "-"), (chart.lower, "--"), (chart.upper, "--"))
     _draw(means, chart.means, levels, chart.means_outside)
     means.set_ylabel("means, mm")
@@ -58,7 +58,7 @@ def control(chart: ControlChart) -> str:
     ranges.set_ylabel("ranges, mm")
     ranges.set_ylim(bottom=0)
     ranges.set_xlabel("subgroup of five consecutive bars")
-    return _svg(figure)
+    return svg_of(figure)
 
 
 def _draw(axes: Any, values: tuple[float, ...], levels: tuple[tuple[float, str], ...], outside: list[int]) -> None:
@@ -76,11 +76,20 @@ def _draw(axes: Any, values: tuple[float, ...], levels: tuple[tuple[float, str],
     axes.set_xlim(0.5, len(numbers) + 0.5)
 
 
-def _figure(height_inch: float, rows: int) -> tuple[Any, list[Any]]:
+def new_figure(height_inch: float, rows: int, columns: int) -> tuple[Any, list[Any]]:
+    """A figure as wide as a page of A4 within its margins, and its axes, row by row.
+
+    Parameters
+    ----------
+    height_inch : float
+    rows, columns : int
+        Of axes; those of a column share what is across.
+    """
     matplotlib: Any = importlib.import_module("matplotlib")
     matplotlib.rcParams.update(_LOOK)
     figure: Any = importlib.import_module("matplotlib.figure").Figure((WIDTH_INCH, height_inch), layout="constrained")
-    return figure, list(figure.subplots(rows, 1, squeeze=False, sharex=True)[:, 0])
+    axes = figure.subplots(rows, columns, squeeze=False, sharex="col")
+    return figure, list(axes.ravel())
 
 
 def _local_time(axes: Any, start: datetime) -> None:
@@ -89,7 +98,8 @@ def _local_time(axes: Any, start: datetime) -> None:
     axes.xaxis.set_major_formatter(dates.DateFormatter("%H:%M", tz=start.tzinfo))
 
 
-def _svg(figure: Any) -> str:
+def svg_of(figure: Any) -> str:
+    """SVG text of a figure."""
     text = io.StringIO()
     figure.savefig(text, format="svg")
     return text.getvalue()

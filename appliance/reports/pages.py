@@ -1,5 +1,6 @@
 """Pages from templates, as HTML that stands alone or as PDF."""
 
+import base64
 import importlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -57,6 +58,11 @@ def render(
     environment: Any = jinja.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= dict(filters or {})
     return environment.from_string(text).render(values)
+
+
+def data_address(svg: str) -> str:
+    """Address that holds an SVG picture itself; empty for an empty one."""
+    return svg and "data:image/svg+xml;base64," + base64.b64encode(svg.encode()).decode()
 
 
 def write_pages(html: str, output: Path) -> None:

@@ -1,6 +1,5 @@
 """Writes the report of a time, as HTML that stands alone or as PDF: an overview, and a page for each shift."""
 
-import base64
 import importlib.resources
 from collections.abc import Iterable, Sequence
 from datetime import datetime
@@ -9,7 +8,7 @@ from typing import Any
 
 from appliance.reports import charts
 from appliance.reports.control_chart import SUBGROUPS_ENOUGH
-from appliance.reports.pages import library, render, write_pages
+from appliance.reports.pages import data_address, library, render, write_pages
 from appliance.reports.shift import Shift
 from plc.codes import Decision
 
@@ -45,15 +44,11 @@ _LIMITS = {"bars": BARS_SHOWN, "lasting": LASTING_SHOWN, "series": SERIES_SHOWN}
 
 
 def _trend(shift: Shift) -> str:
-    return _picture(charts.trend(shift))
+    return data_address(charts.trend(shift))
 
 
 def _control(shift: Shift) -> str:
-    return "" if shift.chart is None else _picture(charts.control(shift.chart))
-
-
-def _picture(svg: str) -> str:
-    return svg and "data:image/svg+xml;base64," + base64.b64encode(svg.encode()).decode()
+    return "" if shift.chart is None else data_address(charts.control(shift.chart))
 
 
 def _span(all_shifts: Sequence[Shift]) -> str:

@@ -8,12 +8,6 @@ import pytest
 from studies.__main__ import NAMES, RESULTS, row, study
 
 SAMPLE = 3  # unless the study says otherwise, because its cases take long
-# Keys whose written values are those of an earlier gauge, as the study's text says, until it is drawn anew
-OUTDATED = {
-    "virtual_board": {"expanded_mm"},
-    "fused_uncertainty": {"expanded_mm"},
-    "no_measurable_bar": {"expanded_mm", "reasons"},
-}
 REPEATABLE = [name for name in NAMES if getattr(study(name), "REPEATABLE", True)]
 
 
@@ -26,8 +20,7 @@ def test_a_sample_of_a_study_agrees_with_its_written_results(name):
         case = {key: stored[key] for key in study(name).cases()[0]}
         again = row(name, case)
         assert again.keys() == stored.keys(), case
-        for key in stored.keys() - OUTDATED.get(name, set()):
-            value = stored[key]
+        for key, value in stored.items():
             assert again[key] == alike(value), (case, key)
 
 

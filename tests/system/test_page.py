@@ -275,6 +275,24 @@ def test_a_calibration_is_made_from_board_pictures_through_the_page(site, record
     assert page.locator("#confirm").is_disabled()
 
 
+def test_board_pictures_are_judged_live_in_the_page_and_stopped(site):
+    """On the simulated mill there is no board before the cameras, and so that is what is said until it is stopped."""
+    page = site.pages[Role.ENGINEER]
+    go(page, f"{site.address}/set?language=en&light=day&back=commission")
+    if not page.locator("#take_boards").is_visible():
+        page.click("#take_here")
+    page.fill("details:has(#take_here) input[name=folder]", "monday")
+    page.click("#take_boards")
+    expect(page.locator("#capture pre")).to_contain_text("0 of 15 poses; left: no", timeout=20_000)
+    if SCREENSHOTS:
+        page.screenshot(path=f"{SCREENSHOTS}/commission-capture.png", full_page=True)
+    assert not violations(page)
+    page.click("#stop")
+    expect(page.locator("#capture")).to_contain_text("Go on with monday", timeout=10_000)
+    expect(page.locator("#capture pre")).to_contain_text("missing: 15 poses")
+    assert page.locator("#link").inner_text().count("123.456") == 1
+
+
 def test_by_tls_the_page_shows_its_certificate_and_binds_the_browser_to_it(tmp_path):
     authority = Authority.make()
     authority.save(tmp_path)

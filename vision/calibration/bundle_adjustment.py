@@ -97,15 +97,15 @@ class Adjusted:
         Standard deviation of a corner's coordinate, from the residuals and the degrees of freedom.
     residual_px : float
         Root mean square of the residuals, per coordinate.
-    pictures_px : tuple of ndarray of float64, each of shape (pictures,)
-        The same for each picture of the left camera and of the right one.
+    errors_px : tuple of ndarray of float64, each of shape (pictures, corners, 2)
+        Residuals, corners minus their projections, of the left camera's pictures and of the right one's.
     """
 
     scene: Scene
     covariance: NDArray[np.float64]
     noise_px: float
     residual_px: float
-    pictures_px: tuple[NDArray[np.float64], NDArray[np.float64]]
+    errors_px: tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 class _Normal(NamedTuple):
@@ -140,16 +140,13 @@ def adjust(scene: Scene, problem: Problem) -> Adjusted:
     normal = _normal_equations(scene, problem, noise_px)
     covariance = np.zeros((len(problem.free), len(problem.free)))
     covariance[np.ix_(problem.free, problem.free)] = noise_px**2 * _inverse(normal.matrix)
-    errors = [_errors(scene, problem, which) for which in (0, 1)]
+    errors = (_errors(scene, problem, 0), _errors(scene, problem, 1))
     return Adjusted(
         scene=scene,
         covariance=covariance,
         noise_px=noise_px,
         residual_px=float(np.sqrt(np.mean(np.concatenate([e.ravel() for e in errors]) ** 2))),
-        pictures_px=(
-            np.sqrt(np.mean(errors[0] ** 2, axis=(1, 2))),
-            np.sqrt(np.mean(errors[1] ** 2, axis=(1, 2))),
-        ),
+        errors_px=errors,
     )
 
 

@@ -35,7 +35,8 @@ from vision.calibration.bundle_adjustment import (
 )
 from vision.calibration.checkerboard import Assumption, Board
 from vision.calibration.initial_guess import HIGH, LOW, Guess, Pose, View, guess, residual_alone_px
-from vision.calibration.rig import BOARD_NAMES, Rig
+from vision.calibration.response import MeasuredResponse
+from vision.calibration.rig import BOARD_NAMES, SIDES, Rig
 from vision.geometry.camera import rotation
 from vision.light import UNKNOWN_RESPONSE
 
@@ -45,20 +46,36 @@ STAND_IN_RISE_MM = 200.0  # from the low board to the high one where no picture 
 Pair = tuple[NDArray[np.float64] | None, NDArray[np.float64] | None]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Picture:
     """One picture that the calibration uses.
 
     Attributes
     ----------
-    name : str
-        As its file is named: `left_00`, `right_low`, ...
-    residual_px : float
-        Root mean square of its corners' residuals, per coordinate.
+    side : int
+        0 left camera, 1 right camera.
+    board : str
+        Pose of the board that it shows: "00", "01", ..., "low", "high".
+    corners_px : ndarray of float64, shape (n, 2)
+        (x, y), pixels.
+    errors_px : ndarray of float64, shape (n, 2)
+        Residuals: corners minus where the calibration puts them.
     """
 
-    name: str
-    residual_px: float
+    side: int
+    board: str
+    corners_px: NDArray[np.float64]
+    errors_px: NDArray[np.float64]
+
+    @property
+    def name(self) -> str:
+        """As its file is named: `left_00`, `right_low`, ..."""
+        return f"{SIDES[self.side]}_{self.board}"
+
+    @property
+    def residual_px(self) -> float:
+        """Root mean square of its corners' residuals, per coordinate."""
+        return rms(self.errors_px)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,6 +97,8 @@ class Calibration:
         What is doubtful.
     notes : tuple of str
         What is good to know of the pictures, and no doubt.
+    measured_response : MeasuredResponse or None
+        What the pictures say of the camera's response, whether the rig uses it or a standard; None where too few do.
     """
 
     rig: Rig
@@ -90,6 +109,7 @@ class Calibration:
     baseline_u_mm: float
     warnings: tuple[str, ...]
     notes: tuple[str, ...] = ()
+    measured_response: MeasuredResponse | None = None
 
 
 def calibrate(
@@ -239,7 +259,7 @@ def _dropped(view: View, reason: str, *, other_moment: bool = False) -> Dropped:
 
 def _worst(first: Guess, adjusted: Adjusted, board: Board) -> dict[View, Dropped]:
     """Pictures to leave out, with reasons: the worst one, or both of its pair when each alone is right."""
-    residuals = _by_view(first, adjusted)
+    residuals = {view: rms(errors) for view, errors in _errors_px(first, adjusted).items()}
     limit = max(0.1, 3.0 * float(np.median(list(residuals.values()))))
     worst = max(residuals, key=lambda view: residuals[view])
     if residuals[worst] <= limit:
@@ -258,9 +278,15 @@ def _worst(first: Guess, adjusted: Adjusted, board: Board) -> dict[View, Dropped
     return {view: _dropped(view, reason, other_moment=True) for view in pair}
 
 
-def _by_view(first: Guess, adjusted: Adjusted) -> dict[View, float]:
+def _errors_px(first: Guess, adjusted: Adjusted) -> dict[View, NDArray[np.float64]]:
+    """Residuals of each picture, shape (corners, 2)."""
     ordered = [view for side in (0, 1) for view in first.views if view.side == side]
-    return dict(zip(ordered, np.concatenate(adjusted.pictures_px).tolist(), strict=True))
+    return dict(zip(ordered, [errors for side in adjusted.errors_px for errors in side], strict=True))
+
+
+def rms(errors_px: NDArray[np.float64]) -> float:
+    """Root mean square of residuals, per coordinate."""
+    return float(np.sqrt(np.mean(errors_px**2)))
 
 
 def _with_heights(board: Board, measured_mm: float | None) -> Board:
@@ -342,7 +368,9 @@ def _judged(
         warnings.append("no picture of the high board: the heights are not checked")
     return Calibration(
         rig=rig,
-        pictures=tuple(Picture(view.name, px) for view, px in _by_view(first, final).items()),
+        pictures=tuple(
+            Picture(view.side, view.board, view.corners_px, errors) for view, errors in _errors_px(first, final).items()
+        ),
         dropped=tuple(gone),
         noise_px=final.noise_px,
         baseline_mm=rig.baseline_mm,

@@ -55,6 +55,7 @@ def run_page(given: argparse.Namespace) -> None:
         previews=runtime_folder(),
         history=settings.history.directory,
         commissioning=Commissioning(folder, rig, given.config, refusal),
+        references=settings.ingot.references,
     )
 
 

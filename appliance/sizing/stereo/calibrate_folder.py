@@ -13,7 +13,7 @@ from vision.calibration.acceptance import CalibrationError, Dropped
 from vision.calibration.board_edges import board_edges
 from vision.calibration.checkerboard import Board
 from vision.calibration.corners import find_corners
-from vision.calibration.response import ChosenResponse, chosen_response, edge_shift_px, measure_response
+from vision.calibration.response import MeasuredResponse, chosen_response, edge_shift_px, measure_response
 from vision.calibration.rig import SIDES, Rig
 from vision.calibration.stereo import Calibration, Pair, calibrate
 from vision.calibration.still_marks import NO_MARKS, Marks, find_marks
@@ -82,16 +82,18 @@ def calibrate_folder(
         raise CalibrationError([*finder.other_board(), *error.reasons, *pictures.notes], error.dropped) from error
     paths = pictures.poses
     left, right = (_marks(paths, pairs, side, told) for side in range(len(SIDES)))
-    chosen = _response(calibration.rig, board, paths, pairs, told)
+    measured = _response(calibration.rig, board, paths, pairs, told)
+    chosen = chosen_response(board.response, measured)
     rig = replace(calibration.rig, marks=(left, right), response=chosen.response)
     warnings = (*calibration.warnings, *pictures.notes, *filter(None, [chosen.warning]))
-    return replace(calibration, rig=rig, warnings=warnings, notes=tuple(filter(None, [chosen.filter])))
+    notes = tuple(filter(None, [chosen.filter]))
+    return replace(calibration, rig=rig, warnings=warnings, notes=notes, measured_response=measured)
 
 
 def _response(
     rig: Rig, board: Board, paths: Mapping[str, Mapping[str, Path]], pairs: Mapping[str, Pair], told: ToldCoding
-) -> ChosenResponse:
-    """Response from the pictures in which the board was found, against what `board.json` tells."""
+) -> MeasuredResponse | None:
+    """Response from the pictures in which the board was found."""
     edges = [
         (board_edges(picture, camera, corners, board), picture.coding)
         for name, pair in pairs.items()
@@ -99,7 +101,7 @@ def _response(
         if corners is not None
         for picture in [read_picture(paths[name][side], told)]
     ]
-    return chosen_response(board.response, measure_response(edges))
+    return measure_response(edges)
 
 
 def _told_coding(folder: Path) -> ToldCoding:
@@ -189,17 +191,18 @@ def report_lines(calibration: Calibration) -> list[str]:
     baseline = f"{calibration.baseline_mm:.2f} mm, u = {calibration.baseline_u_mm:.2f} mm"
     lines += [
         f"baseline      {baseline} and {100.0 * rig.square_relative_u:.3f} % of every length for the board",
-        f"world frame   {_world(rig)}",
-        f"response      {_response_line(rig)}",
+        f"world frame   {world_in_words(rig)}",
+        f"response      {response_in_words(rig)}",
         f"still marks   {' and '.join(str(len(marks.patch)) for marks in rig.marks)}, to notice a camera that moves",
         *(f"note          {note}" for note in calibration.notes),
         *(f"warning       {warning}" for warning in calibration.warnings),
-        f"verdict       {_verdict(calibration)}",
+        f"verdict       {verdict(calibration)}",
     ]
     return lines
 
 
-def _verdict(calibration: Calibration) -> str:
+def verdict(calibration: Calibration) -> str:
+    """Whether a calibration that was not refused can be used, in words."""
     if not calibration.rig.has_world:
         return "cameras calibrated; nothing can be measured before registration pictures of the low board are added"
     return "usable, see the warnings" if calibration.warnings else "good"
@@ -215,7 +218,7 @@ def _camera_lines(rig: Rig, side: int, name: str) -> list[str]:
     return [f"{name + ' focal':<13} {focal}", f"{name + ' lens':<13} {lens}"]
 
 
-def _response_line(rig: Rig) -> str:
+def response_in_words(rig: Rig) -> str:
     """Response, and what its doubt does to a bar's edges."""
     curve = rig.response
     if not isinstance(curve, ResponseCurve):
@@ -227,7 +230,8 @@ def _response_line(rig: Rig) -> str:
     )
 
 
-def _world(rig: Rig) -> str:
+def world_in_words(rig: Rig) -> str:
+    """Where the world frame comes from, and how high the cameras stand over it."""
     if not rig.has_world:
         return "missing: no pictures of the low board"
     left_mm, right_mm = rig.left.centre_mm[2], rig.right.centre_mm[2]

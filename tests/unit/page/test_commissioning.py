@@ -280,6 +280,12 @@ def test_an_engineer_works_through_the_page_and_nobody_else(tmp_path, commands):
     form = {"token": engineer.token, "folder": "monday"}
     assert engineer.post("/commission/calibrate", data=form).status_code == 303
     done(gauge.commissioning)
+    assert "--region" not in commands.said.pop()
+    region = {"first": "-100", "last": "abc"}
+    assert "no length" in engineer.post("/commission/calibrate", data=form | region).text
+    assert engineer.post("/commission/calibrate", data=form | region | {"last": "150,5"}).status_code == 303
+    done(gauge.commissioning)
+    assert commands.said[0][-3:] == ["--region", "-100", "150.5"]
     text = engineer.get("/commission").text
     assert "report of calibrate" in text
     assert "engineer, 20" in text

@@ -15,7 +15,7 @@ from vision.reasons import INGOT_REASONS, REASONS
 FOLDER = Path(appliance.page.__file__).parent
 MADE = re.compile(
     r"decision_\d|state_\d|priority_\w+|ingot_(top|bottom|undecided|none)|figure_\w+|camera_(left|right)|station_\w+|"
-    r"(viewer|operator|engineer)|(line|cameras|registers|history|commission)|light_\w+|\w+_block|log_in|step_\w+|\w+_said|quality_\w+"
+    r"(viewer|operator|engineer)|(line|cameras|registers|history|commission)|light_\w+|\w+_block|log_in|step_\w+|wanted_\w+|\w+_said|quality_\w+"
 )
 """Keys that are put together, or handed on as names."""
 

@@ -40,3 +40,8 @@ def test_nan_is_passed_on_or_left_out():
 def test_without_any_number_a_median_is_nan():
     assert math.isnan(median(np.empty(0)))
     assert math.isnan(median_without_nan(np.full(3, np.nan)))
+
+
+def test_a_share_of_a_black_background_is_infinite_and_raises_nothing():
+    with np.errstate(divide="ignore"):
+        assert median(np.full(5, 0.4)) / median(np.zeros(5)) == np.inf
