@@ -266,7 +266,7 @@ def virtual_board_steps() -> Rows:
     shown = list(found["as printed"])
     rows = [
         (
-            titles.get(name, name),
+            titles.get(str(name), str(name)),
             *(f"{_short(one[kind]['rmse_mm'])} ({_short(one[kind]['worst_mm'])})" for kind in shown),
         )
         for name, one in found.items()
