@@ -86,7 +86,7 @@ def test_a_camera_that_accepts_and_stays_silent_costs_no_thread_and_no_memory(fo
             counts.append(status(gauge.appliance.station()))
         assert gauge.stop() == 0
     threads, memory_kb = zip(*counts, strict=True)
-    assert min(threads[2:]) <= max(threads[:2]), counts  # some of them open the streams again, and end
+    assert min(threads[2:]) <= max(threads[:2]) + 2, counts  # those that open a stream again come and go
     assert max(memory_kb) - min(memory_kb) < GROWN_MAX_KB, counts
 
 

