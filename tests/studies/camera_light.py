@@ -25,7 +25,7 @@ TEXT = (
     "its own standard uncertainty, and what is said of one of the three names when board.json tells it. from_png: the "
     "error less that of PNG on the same scenes."
 )
-SEEDS = 80
+SEEDS = 300
 SAMPLE = 1  # a seed has four to six codings
 CONDITIONS = ("clean", "scale", "rollers")
 GROUPS = (
