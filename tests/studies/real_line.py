@@ -17,7 +17,7 @@ TEXT = (
     "diameter where sections are out of round, else 0); the others leave it unset. The bar's value is that of the last "
     "frame. Sizes of the effects: appliance/simulation/bars/real_line.py."
 )
-SEEDS = range(3000, 3064)
+SEEDS = range(3000, 3500)
 FRAMES = 5
 SAMPLE = 2
 PRODUCT_OVALITY_SHARE = 0.008
