@@ -42,7 +42,7 @@ def render(
     Parameters
     ----------
     text : str
-        Template of Jinja.
+        Template of Jinja; it may include `pages.css`, the style of reports.
     output : Path
         File that is to be written, for the sentence that refuses.
     values : mapping of str to object
@@ -55,7 +55,8 @@ def render(
     ReportMissingError
     """
     jinja = library("jinja2", output)
-    environment: Any = jinja.Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    loader = jinja.PackageLoader("appliance.reports", "")
+    environment: Any = jinja.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
     environment.filters |= dict(filters or {})
     return environment.from_string(text).render(values)
 

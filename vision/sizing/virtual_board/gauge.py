@@ -27,11 +27,7 @@ from vision.light_planes import Decoder
 from vision.reasons import Reason
 from vision.sent_picture import Codes, SentPicture, sent_picture
 from vision.sizing.checked_pictures import checked_pair
-from vision.sizing.limits import (
-    DIAMETER_MM,
-    OFF_ROLLERS_MM,
-    OFF_ROLLERS_SHARE,
-)
+from vision.sizing.limits import DIAMETER_MM, OFF_ROLLERS_MM, OFF_ROLLERS_SHARE
 from vision.sizing.region_grid import Outline, RegionGrid
 from vision.sizing.virtual_board.aligned_pair import AlignedPair
 from vision.sizing.virtual_board.parameters import PRINTED_PARAMETERS, SERVED_PARAMETERS, Parameters
