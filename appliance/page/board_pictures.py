@@ -7,7 +7,6 @@ import contextlib
 import re
 import signal
 import subprocess
-import sys
 import threading
 from collections import deque
 from collections.abc import Sequence
@@ -15,10 +14,10 @@ from pathlib import Path
 from typing import Literal
 
 from appliance.errors import HotgaugeError
+from appliance.page.low_priority import low_priority_command
 
 LINES_KEPT = 12  # chosen: what a person reads while holding a board
 STOP_WITHIN_S = 10.0  # chosen: from the signal to stop until the program is ended
-NICENESS = "10"
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,39}")
 SQUARES = re.compile(r"[1-9][0-9]?x[1-9][0-9]?")
 
@@ -121,7 +120,7 @@ def _words(place: Path, what: str, squares: str, length_mm: float) -> list[str]:
 
 
 def _start(words: Sequence[str]) -> "subprocess.Popen[str]":
-    command = ["nice", "-n", NICENESS, sys.executable, "-P", "-m", "appliance", "capture", *words]
+    command = low_priority_command(["capture", *words])
     return subprocess.Popen(
         command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, bufsize=1
     )

@@ -8,7 +8,6 @@ import json
 import logging
 import shutil
 import subprocess
-import sys
 import threading
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
@@ -21,12 +20,12 @@ from appliance.files.atomic_file import whole_file, whole_place
 from appliance.files.digest import file_sha256
 from appliance.files.reload_request import ask_for_reload
 from appliance.page.board_pictures import BoardPictures
+from appliance.page.low_priority import low_priority_command
 
 CANDIDATE = "rig_candidate.json"
 STATE_FILE = "commissioning.json"
 LOG_FILE = "commissioning.jsonl"
 JOB_MAX_S = 1800.0  # chosen: a calibration of forty pairs of twelve megapixels takes some minutes
-NICENESS = "10"
 
 Step = Literal["calibrated", "verified"]
 STEPS: tuple[Step, ...] = ("calibrated", "verified")
@@ -287,10 +286,9 @@ class Commissioning:
 
 
 def _run(words: Sequence[str | Path]) -> tuple[int, str]:
-    command = ["nice", "-n", NICENESS, sys.executable, "-P", "-m", "appliance", *words]
     try:
         ended = subprocess.run(
-            command,
+            low_priority_command(words),
             check=False,
             capture_output=True,
             text=True,

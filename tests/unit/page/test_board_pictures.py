@@ -6,7 +6,6 @@ import time
 import pytest
 from page_client import Gauge, client_of, log_in
 
-from appliance.page import board_pictures
 from appliance.page.board_pictures import LINES_KEPT, BoardPictures, BoardPicturesError
 from plc.security.roles import Role
 
@@ -29,7 +28,7 @@ def program(monkeypatch, tmp_path):
     file = tmp_path / "hotgauge"
     file.write_text(f"#!{PYTHON}\n{PROGRAM}")
     file.chmod(0o700)
-    monkeypatch.setattr(board_pictures.sys, "executable", str(file))
+    monkeypatch.setattr(sys, "executable", str(file))
     return file
 
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -305,7 +306,7 @@ def test_a_broken_state_file_is_nothing_done(work):
 
 
 def test_a_step_that_the_kernel_ends_says_so(monkeypatch, tmp_path):
-    monkeypatch.setattr(commissioning.sys, "executable", str(tmp_path / "killed"))
+    monkeypatch.setattr(sys, "executable", str(tmp_path / "killed"))
     (tmp_path / "killed").write_text("#!/bin/sh\nkill -9 $$\n")
     (tmp_path / "killed").chmod(0o700)
     code, report = commissioning._run(["calibrate"])
