@@ -246,17 +246,6 @@ def test_a_killed_station_shows_within_two_seconds(site):
     expect(page.locator("#alarm_internal")).to_be_visible(timeout=2000)
 
 
-def test_the_page_outlives_the_gauge_and_shows_it_again(site):
-    page = site.pages[Role.VIEWER]
-    go(page, f"{site.address}/line")
-    site.appliance.process.terminate()
-    site.appliance.process.wait(10)
-    expect(page.locator("#trouble")).to_be_visible(timeout=5000)
-    expect(page.locator("#diameter")).to_have_text("–")
-    with site.start():
-        expect(page.locator("#trouble")).to_be_hidden(timeout=30_000)
-
-
 def test_a_calibration_is_made_from_board_pictures_through_the_page(site, recordings):
     """From the pictures of `line_a` to a candidate: the gauge's own rig stays as it is until it is confirmed."""
     place = site.config.parent / "commissioning" / "line_a"
@@ -291,6 +280,18 @@ def test_board_pictures_are_judged_live_in_the_page_and_stopped(site):
     expect(page.locator("#capture")).to_contain_text("Go on with monday", timeout=10_000)
     expect(page.locator("#capture pre")).to_contain_text("missing: 15 poses")
     expect(page.locator("#link")).to_contain_text("123.456", timeout=10_000)
+
+
+def test_the_page_outlives_the_gauge_and_shows_it_again(site):
+    """The last test of the site: afterwards no gauge runs there."""
+    page = site.pages[Role.VIEWER]
+    go(page, f"{site.address}/line")
+    site.appliance.process.terminate()
+    site.appliance.process.wait(10)
+    expect(page.locator("#trouble")).to_be_visible(timeout=5000)
+    expect(page.locator("#diameter")).to_have_text("–")
+    with site.start():
+        expect(page.locator("#trouble")).to_be_hidden(timeout=30_000)
 
 
 def test_by_tls_the_page_shows_its_certificate_and_binds_the_browser_to_it(tmp_path):
