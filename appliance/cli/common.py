@@ -4,8 +4,10 @@ import argparse
 import contextlib
 import logging
 import math
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from pathlib import Path
+
+from appliance.command_options import CommandError
 
 MOST_DIGITS = 18  # of a number that counts something
 
@@ -27,6 +29,13 @@ def progress(unit: str) -> Generator[Callable[[int, int], None]]:
             bar.update(done - bar.n)
 
         yield show
+
+
+def refuse_no_region(region: Sequence[float]) -> None:
+    """Raise `CommandError` unless `--region` names a finite length, its smaller end first."""
+    first_mm, last_mm = region
+    if not -math.inf < first_mm < last_mm < math.inf:
+        raise CommandError(f"--region: from {first_mm:g} to {last_mm:g} is no region; give the smaller number first")
 
 
 def positive_number(text: str) -> int:

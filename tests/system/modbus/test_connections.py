@@ -96,6 +96,22 @@ def test_one_connection_too_many_is_closed_and_the_others_live_on(server):
     assert eventually(lambda: server.connections == 0)
 
 
+def test_the_gauges_own_connection_takes_nobodys_place_and_may_only_read(server, written):
+    wires = [Wire(server.port) for _ in range(8)]
+    assert all(wire.ask(read(4, 0, 1))[0] == 4 for wire in wires)
+    with server.connect() as own:
+        own.settimeout(5)
+        own.sendall(frame(read(4, 0, 1)))
+        assert own.recv(64)[7] == 4
+        own.sendall(frame(write_coils(32, True)))
+        assert own.recv(64)[7:] == exception(15, 1)
+    assert server.connections == 8
+    assert all(wire.ask(read(4, 0, 1))[0] == 4 for wire in wires)
+    assert written == []
+    for wire in wires:
+        wire.socket.close()
+
+
 def test_a_half_sent_request_is_given_up(server, monkeypatch):
     monkeypatch.setattr(server_module, "HALF_REQUEST_S", 0.3)
     with Wire(server.port, timeout_s=2) as wire:

@@ -21,6 +21,12 @@ MISTAKES = [
     ("calibrate rig/calibration --output r.json", "give the folder above it, rig"),
     ("calibrate rig --output r.json --region 5 x", "--region: no number: 'x'"),
     ("measure rec --rig other.json --output o.csv", "no usable rig file: format_version: missing"),
+    ("plan --sensor 2448,2048 --pixel-um 3 --focal-mm 25 --distance-m 3", "'2448,2048' is no sensor; give it as 2448x"),
+    ("plan --sensor 640x512 --pixel-um 3,45 --focal-mm 25 --distance-m 3", "--pixel-um: '3,45' is no number above 0"),
+    (
+        "plan --sensor 640x512 --pixel-um 3 --focal-mm 25 --distance-m 3 --region 5 -5",
+        "--region: from 5 to -5 is no region; give the smaller number first",
+    ),
     ("gauge-study a\nb", "a\\nb: No such file"),
     ("gauge-study other.json", "has no column bar; it needs the columns bar, condition, diameter_mm"),
 ]
