@@ -50,28 +50,3 @@ def _whole(text: str, least: int) -> int:
     if not (text.isascii() and text.isdigit() and len(text) <= MOST_DIGITS and int(text) >= least):
         raise argparse.ArgumentTypeError(f"{text!r} is no whole number from {least}")
     return int(text)
-
-
-def number_within(text: str, least: float, most: float, unit: str) -> float:
-    """Number of an option.
-
-    Parameters
-    ----------
-    text : str
-    least, most : float
-        Bounds.
-    unit : str
-        Plural, for the sentence that refuses.
-
-    Raises
-    ------
-    ArgumentTypeError
-        The text is no number, or out of bounds.
-    """
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not least <= number <= most:
-        raise argparse.ArgumentTypeError(f"{text!r} is no number of {unit} from {least:g} to {most:g}")
-    return number

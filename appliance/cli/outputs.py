@@ -93,7 +93,9 @@ def refuse_plots_among_inputs(plots: Path | None, inputs: Iterable[Path | None])
 
 
 def refuse_other_formats(output: Path) -> None:
-    """Raise `CommandError` for a name that promises neither CSV nor JSON lines."""
+    """Raise `CommandError` for a name that promises neither CSV nor JSON lines, or is nothing but a suffix."""
+    if output.name in ROW_SUFFIXES:
+        raise CommandError(f"--output: {output} is a suffix without a name; give a name before it")
     if output.suffix.lower() not in ROW_SUFFIXES or output.name == "-":
         raise CommandError(f"--output: {output} is neither CSV nor JSON lines; let its name end in .csv or .jsonl")
 

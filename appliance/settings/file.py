@@ -50,7 +50,7 @@ def load(path: Path | None, root: type[RootT]) -> RootT:
     except OSError as error:
         raise SettingsError(f"{path}: {error.strerror}; give an existing TOML file") from error
     except UnicodeDecodeError as error:
-        raise SettingsError(f"{path}: not a text in UTF-8; give a TOML file") from error
+        raise SettingsError(f"{path}: not a text in UTF-8; save it in that encoding") from error
     except ValidationError as error:
         raise SettingsError(
             f"{path}: " + "; ".join(mask(_sentence(detail, root)) for detail in error.errors())

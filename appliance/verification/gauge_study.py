@@ -134,7 +134,12 @@ def read_cells(file: Path) -> Cells:
     cells: Cells = defaultdict(list)
     try:
         with file.open(newline="", encoding="utf-8-sig") as text:
-            for row in csv.DictReader(text):
+            rows = csv.DictReader(text)
+            if any(";" in name for name in rows.fieldnames or ()):
+                raise StudyError(
+                    f"{file}: its cells are parted by semicolons; save it with commas, and decimals with points"
+                )
+            for row in rows:
                 cells[row["bar"], row["condition"]].append(float(row["diameter_mm"]))
     except OSError as error:
         raise StudyError(f"{file}: {error.strerror}; give an existing CSV file") from error

@@ -60,7 +60,8 @@ def outcome(executed: Executed, mutant: Mutant) -> tuple[str, str, int]:
             limit_s = START_S * (3 if anew else 1) + PATIENCE * sum(executed.seconds[test] for test in batch)
             ending = run_tests(executed.copy, batch, limit_s, compile_anew=anew)
             if ending.code != 0:
-                return ("unclear" if ending.code in {4, 5} else "killed"), ending.failed, len(tests)
+                killed = ending.failed or ending.code is None or ending.code < 0  # a test, the limit, or a crash
+                return ("killed" if killed else "unclear"), ending.failed, len(tests)
     finally:
         file.write_text(kept, encoding="utf-8")
         os.utime(file, ns=(times.st_atime_ns, times.st_mtime_ns))  # numba compiles anew what looks younger

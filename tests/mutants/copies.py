@@ -19,7 +19,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 NOT_COPIED = shutil.ignore_patterns(".git", ".venv*", ".pytest_cache")
-LIBRARIES = ("numpy", "scipy.optimize", "scipy.ndimage", "scipy.stats", "cv2", "numba", "pytest", "hypothesis")
+LIBRARIES = ("numpy", "scipy.optimize", "scipy.ndimage", "scipy.stats", "cv2", "numba", "pytest")
 MOST_MEMORY_BYTES = 8 << 30
 PROCESSES = multiprocessing.get_context("forkserver")
 REPORT = "report.json"
@@ -33,7 +33,7 @@ class Ending(NamedTuple):
     code : int or None
         pytest's exit code; None after the limit.
     failed : str
-        The first test that failed.
+        The first test that failed, or the file that could not be imported.
     seconds : dict
         Of each test that passed.
     """
@@ -113,6 +113,10 @@ class _Reporter:
         self.seconds[report.nodeid] = self.seconds.get(report.nodeid, 0.0) + report.duration
         if not report.passed:
             self.bad.add(report.nodeid)
+        if report.failed:
+            self.failed = self.failed or report.nodeid
+
+    def pytest_collectreport(self, report) -> None:
         if report.failed:
             self.failed = self.failed or report.nodeid
 

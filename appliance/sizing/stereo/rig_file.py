@@ -33,7 +33,8 @@ def load_rig(path: Path) -> Rig:
     try:
         return Rig.from_json(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
-        raise RigError(f"{path}: cannot be read ({error.strerror}); make it with `hotgauge calibrate`") from error
+        advice = "give the rig file" if path.is_dir() else "make it with `hotgauge calibrate`"
+        raise RigError(f"{path}: cannot be read ({error.strerror}); {advice}") from error
     except ValueError as error:
         raise RigError(f"{path}: no usable rig file: {error}; make it with `hotgauge calibrate`") from error
 

@@ -120,6 +120,8 @@ def read_board(path: Path, overrides: Mapping[str, object]) -> Board:
                 advice = f"give the folder above it, {path.parent.parent}"
             sentence = f"{path}: no such file; {advice}"
             raise CalibrationError([sentence]) from None
+    except NotADirectoryError:
+        raise CalibrationError([f"{path.parent}: is a file; give the rig folder, with pictures of the board"]) from None
     except OSError as error:
         raise CalibrationError([f"{path}: cannot be read ({error.strerror}); describe the board in it"]) from error
     except (ValueError, TypeError, RecursionError) as error:

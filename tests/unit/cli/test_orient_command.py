@@ -132,4 +132,4 @@ def test_learning_from_one_ingot_says_that_it_is_too_little_and_changes_nothing(
 
 def test_a_pair_that_nobody_learned_cannot_be_used(recording, references, capsys):
     assert orient(recording, references, references / "out.jsonl", "--use", 3) == 2
-    assert "learned pairs are [], 0 the first one" in capsys.readouterr().err
+    assert "learned: there is no pair 3; learned are none, 0 is the commissioned one" in capsys.readouterr().err

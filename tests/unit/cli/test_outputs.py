@@ -131,6 +131,17 @@ def test_a_full_disk_behind_standard_output_is_one_sentence():
     ]
 
 
+@pytest.mark.parametrize("closed", [">&-", "2>&-", "<&- >&- 2>&-"])
+def test_closed_standard_streams_are_no_trouble(closed, tmp_path):
+    config = tmp_path / "gauge.toml"
+    config.write_text("[plc]\nport = 5021\n")
+    shell = f'exec "$0" -m appliance check-config "$1" {closed}'
+    done = subprocess.run(
+        ["sh", "-c", shell, sys.executable, str(config)], capture_output=True, check=False, text=True, timeout=60
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_a_terminal_without_utf8_gets_escapes_and_no_traceback():
     done = run("registers", PYTHONIOENCODING="ascii")
     assert done.returncode == 0

@@ -27,6 +27,31 @@ MISTAKES = [
         "plan --sensor 640x512 --pixel-um 3 --focal-mm 25 --distance-m 3 --region 5 -5",
         "--region: from 5 to -5 is no region; give the smaller number first",
     ),
+    ("measure rec other.json --output o.csv", "measure knows no other.json; options begin with dashes"),
+    ("measure Stange 1 --rig r --output o.csv", "a name with blanks stands in quotes; see `hotgauge measure --help`"),
+    ("measure rec --rig rig --output o.csv", "rig: cannot be read (Is a directory); give the rig file"),
+    ("measure rec --rig other.json --output .csv", ".csv is a suffix without a name"),
+    ("measure rec --rig other.json --output o.csv --ovality 0,4", "'0,4' is no number of millimetres from 0"),
+    ("measure rec --rig other.json --output o.csv --ovality 0,4", "decimals have a point: 0.4"),
+    ("orient rig --references other.json --output o.csv", "other.json: is a file; give the folder with top.png"),
+    (
+        "orient rig --references rig --output o.csv --use 3",
+        "there is no pair 3; learned are none, 0 is the commissioned",
+    ),
+    (
+        "orient rig --references rig --output o.csv",
+        "rig/top.png: cannot be read (No such file or directory); check its",
+    ),
+    ("fuse rig rig --rig other.json --output f.png", "other.json: no usable rig file"),
+    ("check-config --config gauge.toml", "give the file alone: hotgauge check-config FILE"),
+    ("check-config latin.toml", "latin.toml: not a text in UTF-8; save it in that encoding"),
+    ("gauge-study study.csv", "study.csv: its cells are parted by semicolons; save it with commas"),
+    ("calibrate rig --output r.json --squares 8x5", "expected 2 arguments, with a blank between them"),
+    ("calibrate other.json --output r.json", "other.json: is a file; give the rig folder, with pictures of the board"),
+    ("certificates --output keys --client hmi --role admin", "(choose from 'viewer', 'operator', 'engineer')"),
+    ("page-user anna --role boss", "(choose from 'viewer', 'operator', 'engineer')"),
+    ("reproduce --output report --recordings rig", "rig: holds no recordings of ingots, ingot_line or ingot_line_b"),
+    ("registers csv", "registers knows no csv; options begin with dashes"),
     ("gauge-study a\nb", "a\\nb: No such file"),
     ("gauge-study other.json", "has no column bar; it needs the columns bar, condition, diameter_mm"),
 ]
@@ -37,6 +62,8 @@ def folder(tmp_path, monkeypatch):
     (tmp_path / "rig" / "calibration").mkdir(parents=True)
     (tmp_path / "rig" / "board.json").write_text(json.dumps({"squares": [8, 5], "square_mm": 50}))
     (tmp_path / "other.json").write_text('{"a":\n1}\n')
+    (tmp_path / "latin.toml").write_bytes("# Straße\n".encode("latin-1"))
+    (tmp_path / "study.csv").write_text("bar;condition;diameter_mm\n1;1;100,1\n")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -50,4 +77,4 @@ def test_a_mistake_is_answered_by_a_sentence_that_helps(folder, words, helps, ca
     out, err = capsys.readouterr()
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert helps in err
-    assert not [file for file in folder.iterdir() if file.name not in {"rig", "other.json"}]
+    assert {file.name for file in folder.iterdir()} == {"rig", "other.json", "latin.toml", "study.csv"}
