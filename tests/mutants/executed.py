@@ -19,6 +19,7 @@ from mutants.copies import copied, run_tests
 
 SOURCES = ("vision", "plc", "appliance")
 LONGEST_S = 3600.0
+DEPTH = 2  # steps from a line that no test executes to those that name what it defines
 SETTINGS = "[run]\nsource = appliance,plc,vision\nrelative_files = true\ndata_file = {}\n"
 
 
@@ -80,21 +81,29 @@ class Executed:
         Of a line that runs on import, or is compiled by numba and so unseen, those that execute a line which names
         what is defined there.
         """
-        return self._by(file, line, set())
+        return self._by(file, line, DEPTH)
 
-    def _by(self, file: str, line: int, seen: set[str]) -> set[str]:
+    def _by(self, file: str, line: int, depth: int) -> set[str]:
         known = self.lines.get(file, {})
         chain = [node for node in ast.walk(_tree(self.copy / file)) if _holds(node, line)]
-        statement = max((node for node in chain if isinstance(node, ast.stmt)), key=lambda node: node.lineno)
+        statement = max(
+            (node for node in chain if isinstance(node, ast.stmt)), key=lambda node: node.lineno, default=None
+        )
+        if statement is None:
+            return set()
         if tests := known.get(line) or known.get(statement.lineno):
             return tests
-        found = set[str]()
-        for name in _defined(chain) - seen:
-            seen.add(name)
-            for source, number in self._mentions(name):
-                if not (source == file and statement.lineno <= number <= (statement.end_lineno or 0)):
-                    found |= self.lines.get(source, {}).get(number, set()) or self._by(source, number, seen)
-        return found
+        own = range(statement.lineno, (statement.end_lineno or 0) + 1)
+        places = [
+            place
+            for name in _defined(chain)
+            for place in self._mentions(name)
+            if place[0] != file or place[1] not in own
+        ]
+        found = set[str]().union(*(self.lines.get(source, {}).get(number, ()) for source, number in places))
+        if found or not depth:
+            return found
+        return found.union(*(self._by(source, number, depth - 1) for source, number in places))
 
     def _mentions(self, name: str) -> Iterable[tuple[str, int]]:
         pattern = re.compile(rf"\b{re.escape(name)}\b")

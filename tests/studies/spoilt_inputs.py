@@ -73,7 +73,7 @@ MORE_COMMANDS = (
     (*ORIENT[:-1], "out.csv", "--plot", "plots"),
     ("calibrate", SCENE, "--output", "out.json", "--squares", "8", "5", "--square-mm", "50", "--region", "-250", "250"),
     ("board", "--squares", "8x5", "--mm", "50", "--output", "board.pdf"),
-    ("plan", "--sensor", "320x256", "--pixel-um", "20", "--focal-mm", "25", "--distance-m", "3", "--output", "a.png"),
+    ("plan", "--sensor", "320x256", "--pixel-um", "20", "--focal-mm", "12", "--distance-m", "3", "--output", "a.png"),
     ("registers", "--format", "json"),
     ("check-config", "history.toml"),
 )
