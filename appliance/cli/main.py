@@ -102,11 +102,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _give_up_output()
         return 0
     except OSError as error:
-        if error.filename is not None:
-            _say(f"{error.filename}: {error.strerror}; check the path and its permissions")
-            return EXIT_TROUBLE
-        _give_up_output()
-        _say(f"the output cannot be written: {error.strerror}; make room, or write elsewhere")
+        _say_what_the_system_says(error)
         return EXIT_TROUBLE
     return exit_code or 0
 
@@ -130,6 +126,16 @@ def _parsed(words: Sequence[str]) -> argparse.Namespace:
 def _say(sentence: str) -> None:
     """Print one line, even if a file's name has several."""
     print("hotgauge: " + sentence.replace("\n", "\\n").replace("\r", "\\r"), file=sys.stderr)
+
+
+def _say_what_the_system_says(error: OSError) -> None:
+    if error.filename is not None:
+        _say(f"{error.filename}: {error.strerror}; check the path and its permissions")
+    elif isinstance(error, FileNotFoundError):
+        _say("the folder that this shell is in is no longer there; change to another one")
+    else:
+        _give_up_output()
+        _say(f"the output cannot be written: {error.strerror}; make room, or write elsewhere")
 
 
 def _give_up_output() -> None:

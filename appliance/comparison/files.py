@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, cast
 
 from appliance.errors import HotgaugeError
+from appliance.files.advice import reading_advice
 
 SIZE_TRUTH, END_TRUTH = "truth.json", "truth.csv"
 _END_COLUMNS = frozenset({"frame", "present", "label", "state"})
@@ -71,7 +72,7 @@ def read_rows(path: Path, *, least: int = 1) -> Rows:
             _check_row(row, f"row {number}")
     except OSError as error:
         raise ComparisonError(
-            f"{path}: cannot be read ({error.strerror}); give what measure or orient wrote"
+            f"{path}: cannot be read ({error.strerror}); {reading_advice(error, 'give what measure or orient wrote')}"
         ) from error
     except (ValueError, RecursionError, csv.Error) as error:
         raise ComparisonError(
@@ -129,16 +130,18 @@ def read_truth(path: Path) -> SizeTruth | dict[int, EndTruth]:
     ComparisonError
         There is no such file, or it holds no truth.
     """
-    if path.is_dir():
-        there = [path / name for name in (SIZE_TRUTH, END_TRUTH) if (path / name).is_file()]
-        if not there:
-            raise ComparisonError(f"{path}: has neither {SIZE_TRUTH} nor {END_TRUTH}; give a recording with truth")
-        path = there[0]
     try:
+        if path.is_dir():
+            there = [path / name for name in (SIZE_TRUTH, END_TRUTH) if (path / name).is_file()]
+            if not there:
+                raise ComparisonError(f"{path}: has neither {SIZE_TRUTH} nor {END_TRUTH}; give a recording with truth")
+            path = there[0]
         text = path.read_text(encoding="utf-8-sig")
         return _end_truth(text) if path.suffix.lower() == ".csv" else _size_truth(json.loads(text))
     except OSError as error:
-        raise ComparisonError(f"{path}: cannot be read ({error.strerror}); give a recording's truth") from error
+        raise ComparisonError(
+            f"{path}: cannot be read ({error.strerror}); {reading_advice(error, 'give the truth of a recording')}"
+        ) from error
     except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError, csv.Error) as error:
         raise ComparisonError(
             f"{path}: is no truth ({error}); give truth.json with frames and diameter_mm, or truth.csv of ingots"

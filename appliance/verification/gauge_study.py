@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from appliance.errors import HotgaugeError
+from appliance.files.advice import reading_advice
 
 COLUMNS = ("bar", "condition", "diameter_mm")
 DEVIATIONS_OF_TOLERANCE = 6  # AIAG: 6 standard deviations against the tolerance's width
@@ -142,7 +143,7 @@ def read_cells(file: Path) -> Cells:
             for row in rows:
                 cells[row["bar"], row["condition"]].append(float(row["diameter_mm"]))
     except OSError as error:
-        raise StudyError(f"{file}: {error.strerror}; give an existing CSV file") from error
+        raise StudyError(f"{file}: {error.strerror}; {reading_advice(error, 'give an existing CSV file')}") from error
     except KeyError as error:
         raise StudyError(f"{file}: has no column {error.args[0]}; it needs the columns {', '.join(COLUMNS)}") from error
     except (ValueError, TypeError, csv.Error) as error:

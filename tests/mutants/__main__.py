@@ -19,8 +19,8 @@ from mutants.drawn import Mutant, drawn
 from mutants.executed import Executed
 
 NEAR = 15  # tests that are run first: most mutants end there
-MOST = 150  # tests for one mutant
-MOST_SECONDS = 60.0  # of all its tests together, where no mutant is in their way
+MOST = 60  # tests for one mutant
+MOST_SECONDS = 25.0  # of all its tests together, where no mutant is in their way
 PATIENCE = 8.0  # times as long may they take, on a computer that does other things too
 START_S = 120.0
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from appliance.cli.common import add_config, progress
 from appliance.cli.outputs import refuse_lost_input, refuse_unwritable
 from appliance.command_options import CommandError, number_within
+from appliance.files.advice import reading_advice
 from appliance.files.digest import file_sha256
 from appliance.supervisor import settings as settings_file
 
@@ -38,6 +39,10 @@ def run_verify(given: argparse.Namespace) -> int | None:
     folder = None if given.config is None else settings_file.load(given.config).history.directory
     try:
         found_with = file_sha256(given.rig)
+    except OSError as error:
+        advice = reading_advice(error, "make it with `hotgauge calibrate`")
+        raise CommandError(f"--rig: {given.rig}: {error.strerror}; {advice}") from error
+    try:
         with progress("frame") as show:
             found = verify_recording(given, folder, show)
     except OSError as error:
