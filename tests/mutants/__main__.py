@@ -12,6 +12,7 @@ import json
 import os
 import tempfile
 import time
+from functools import cache
 from pathlib import Path
 
 from mutants.copies import copied, run_tests
@@ -25,20 +26,26 @@ PATIENCE = 8.0  # times as long may they take, on a computer that does other thi
 START_S = 120.0
 
 
-def chosen(executed: Executed, mutant: Mutant) -> list[str]:
-    """Tests for a mutant: of files that import its module first, then the shortest; bounded in number and seconds."""
+def chosen(executed: Executed, mutant: Mutant, *, all_of_them: bool = False) -> list[str]:
+    """Tests for a mutant: of files that import its module first, then the shortest; bounded in number and seconds.
+
+    Of a line that runs on import, all tests of files that import its module are among them.
+    """
     tests = executed.by(mutant.file, mutant.line)
     module = mutant.file.removesuffix(".py").replace("/", ".")
-    files = {file: _imports(executed.copy / file, module) for file in {test.partition("::")[0] for test in tests}}
+    importing = {file for file in executed.files if _imports(executed.copy / file, module)}
+    if mutant.line not in executed.lines.get(mutant.file, {}):
+        tests = tests | {test for test in executed.seconds if test.partition("::")[0] in importing}
     found, total_s = list[str](), 0.0
-    for test in sorted(tests, key=lambda test: (not files[test.partition("::")[0]], executed.seconds[test])):
+    for test in sorted(tests, key=lambda test: (test.partition("::")[0] not in importing, executed.seconds[test])):
         total_s += executed.seconds[test]
-        if found and (total_s > MOST_SECONDS or len(found) == MOST):
+        if found and not all_of_them and (total_s > MOST_SECONDS or len(found) == MOST):
             break
         found.append(test)
     return found
 
 
+@cache
 def _imports(file: Path, module: str) -> bool:
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and node.module in {module, module.rpartition(".")[0]}:
@@ -48,9 +55,9 @@ def _imports(file: Path, module: str) -> bool:
     return False
 
 
-def outcome(executed: Executed, mutant: Mutant) -> tuple[str, str, int]:
+def outcome(executed: Executed, mutant: Mutant, *, all_of_them: bool = False) -> tuple[str, str, int]:
     """`killed`, `survived`, `no test` or `unclear`, by which test, of how many."""
-    tests = chosen(executed, mutant)
+    tests = chosen(executed, mutant, all_of_them=all_of_them)
     file = executed.copy / mutant.file
     kept, times = file.read_text(encoding="utf-8"), file.stat()
     anew = mutant.file.startswith("vision") and ("njit" in kept or not _is_indented(kept, mutant.line))
@@ -80,24 +87,28 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--for", type=float, default=1e9, dest="seconds", help="no new mutant after so many seconds")
     parser.add_argument("--output", type=Path, required=True, help="JSON lines of outcomes; what is there is continued")
+    parser.add_argument("--again", action="store_true", help="show what survived to all tests that execute its line")
     given = parser.parse_args()
     begun_s = time.monotonic()
-    done = len(given.output.read_text(encoding="utf-8").splitlines()) if given.output.exists() else 0
-    counts = collections.Counter[str]()
+    rows = [json.loads(line) for line in given.output.read_text().splitlines()] if given.output.exists() else []
     with tempfile.TemporaryDirectory() as folder:
         copy = copied(Path(folder))
         executed = Executed(given.map, copy)
-        for mutant in drawn(copy, given.folder, given.count, given.seed)[done:]:
+        mutants = drawn(copy, given.folder, given.count, given.seed)
+        left = [place for place in range(len(mutants)) if place >= len(rows)]
+        if given.again:
+            left = [place for place, row in enumerate(rows) if row["outcome"] != "killed"]
+        for place in left:
             if time.monotonic() - begun_s > given.seconds:
                 break
-            found, by, tests = outcome(executed, mutant)
-            counts[found] += 1
+            mutant = mutants[place]
+            found, by, tests = outcome(executed, mutant, all_of_them=given.again)
             row = mutant._asdict() | {"outcome": found, "by": by, "tests": tests}
             del row["source"]
             print(f"{found:9}{mutant.file}:{mutant.line}: {mutant.before} -> {mutant.after}", flush=True)
-            with given.output.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(row) + "\n")
-    print(dict(counts))
+            rows[place : place + 1] = [row]
+            given.output.write_text("".join(json.dumps(one) + "\n" for one in rows), encoding="utf-8")
+    print(dict(collections.Counter(row["outcome"] for row in rows)))
 
 
 if __name__ == "__main__":

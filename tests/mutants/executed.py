@@ -67,9 +67,11 @@ class Executed:
         self.copy = copy
         self.seconds: dict[str, float] = {}
         self.lines: dict[str, dict[int, set[str]]] = {}
+        self.files: set[str] = set()
         for file in sorted(folder.glob("*.json")):
             drawn = json.loads(file.read_text(encoding="utf-8"))
             self.seconds |= drawn["seconds"]
+            self.files |= {test.partition("::")[0] for test in drawn["seconds"]}
             for source, lines in drawn["lines"].items():
                 known = self.lines.setdefault(source, {})
                 for line, tests in lines.items():

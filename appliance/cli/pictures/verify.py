@@ -39,10 +39,6 @@ def run_verify(given: argparse.Namespace) -> int | None:
     folder = None if given.config is None else settings_file.load(given.config).history.directory
     try:
         found_with = file_sha256(given.rig)
-    except OSError as error:
-        advice = reading_advice(error, "make it with `hotgauge calibrate`")
-        raise CommandError(f"--rig: {given.rig}: {error.strerror}; {advice}") from error
-    try:
         with progress("frame") as show:
             found = verify_recording(given, folder, show)
     except OSError as error:

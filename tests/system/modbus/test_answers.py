@@ -306,6 +306,7 @@ def test_device_identification_refuses_what_it_does_not_have(wire):
     assert wire.ask(bytes((43, 14, 0, 0))) == exception(43, 3)
     assert wire.ask(bytes((43, 14, 5, 0))) == exception(43, 3)
     assert wire.ask(bytes((43, 14, 1))) == exception(43, 3)
+    assert wire.ask(bytes((43, 14))) == exception(43, 3)
     assert wire.ask(bytes((43, 13, 0, 0))) == exception(43, 1)
     assert wire.ask(bytes((43,))) == exception(43, 1)
 

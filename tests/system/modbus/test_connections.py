@@ -96,20 +96,23 @@ def test_one_connection_too_many_is_closed_and_the_others_live_on(server):
     assert eventually(lambda: server.connections == 0)
 
 
-def test_the_gauges_own_connection_takes_nobodys_place_and_may_only_read(server, written):
-    wires = [Wire(server.port) for _ in range(8)]
-    assert all(wire.ask(read(4, 0, 1))[0] == 4 for wire in wires)
-    with server.connect() as own:
-        own.settimeout(5)
-        own.sendall(frame(read(4, 0, 1)))
-        assert own.recv(64)[7] == 4
-        own.sendall(frame(write_coils(32, True)))
-        assert own.recv(64)[7:] == exception(15, 1)
-    assert server.connections == 8
-    assert all(wire.ask(read(4, 0, 1))[0] == 4 for wire in wires)
+def test_the_gauges_own_connection_takes_nobodys_place_and_may_only_read(written):
+    server = ModbusServer("127.0.0.1", 0, writes="all", connections_max=1, on_write=written)
+    server.publish(encode(LIVE))
+
+    async def connected() -> socket.socket:
+        return server.connect()
+
+    with served(server) as loop, Wire(server.port) as only:
+        assert only.ask(read(4, 0, 1))[0] == 4
+        with asyncio.run_coroutine_threadsafe(connected(), loop).result(5) as own:
+            own.settimeout(5)
+            own.sendall(frame(read(4, 0, 1)))
+            assert own.recv(64)[7] == 4
+            own.sendall(frame(write_coils(32, True)))
+            assert own.recv(64)[7:] == exception(15, 1)
+        assert only.ask(read(4, 0, 1))[0] == 4
     assert written == []
-    for wire in wires:
-        wire.socket.close()
 
 
 def test_a_half_sent_request_is_given_up(server, monkeypatch):
@@ -310,6 +313,16 @@ def test_requests_and_refusals_are_counted(server, wire):
 def test_a_wrong_parameter_is_named(wrong, named):
     with pytest.raises(ValueError, match=named):
         ModbusServer(**{"host": "127.0.0.1", "port": 0} | wrong)
+
+
+def test_a_single_connection_can_be_allowed():
+    server = ModbusServer("127.0.0.1", 0, connections_max=1)
+    server.publish(encode(LIVE))
+    with served(server), Wire(server.port) as only:
+        assert only.ask(read(4, 0, 1))[0] == 4
+        with Wire(server.port, timeout_s=3) as refused:
+            assert refused.closed_by_server()
+        assert only.ask(read(4, 0, 1))[0] == 4
 
 
 def test_the_last_port_that_there_is_can_be_served():
