@@ -103,7 +103,9 @@ def test_bits_stand_where_the_design_puts_them():
     assert [ROWS[name].address for name in ALARM_NAMES] == list(range(8))
     assert {ROWS[name].tables for name in ALARM_NAMES} == {("coil", "discrete")}
     assert [ROWS[name].address for name in STATUS_NAMES] == [16, 17, 18, 19, 20]
-    assert [ROWS[name].address for name in ("acknowledge", "hold")] == [32, 33]
+    assert [ROWS[name].address for name in ("acknowledge", "hold", "keep_pictures")] == [32, 33, 42]
+    shelves = [ROWS[f"shelve_{name.removeprefix('alarm_')}"].address for name in ALARM_NAMES]
+    assert shelves == list(range(34, 42))
 
 
 def test_set_points_may_be_what_the_design_allows_and_nothing_beside():
