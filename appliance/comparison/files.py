@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple, cast
 
-from appliance.errors import HotgaugeError
-from appliance.files.advice import reading_advice
+from appliance.errors import HotgaugeError, reading_advice
 
 SIZE_TRUTH, END_TRUTH = "truth.json", "truth.csv"
 _END_COLUMNS = frozenset({"frame", "present", "label", "state"})

@@ -12,8 +12,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from appliance.errors import HotgaugeError
-from appliance.files.advice import reading_advice
+from appliance.errors import HotgaugeError, reading_advice
 from appliance.settings.masking import mask
 from appliance.settings.table import Kind, SettingRow, as_toml, table
 

@@ -10,8 +10,7 @@ from collections import defaultdict
 from pathlib import Path
 from typing import NamedTuple
 
-from appliance.errors import HotgaugeError
-from appliance.files.advice import reading_advice
+from appliance.errors import HotgaugeError, reading_advice
 
 COLUMNS = ("bar", "condition", "diameter_mm")
 DEVIATIONS_OF_TOLERANCE = 6  # AIAG: 6 standard deviations against the tolerance's width

@@ -19,7 +19,7 @@ from appliance.cameras.recording.jpeg_header import JPEG_START, jpeg_is_whole, r
 from appliance.cameras.recording.native_messages import native_messages
 from appliance.cameras.recording.other_formats import read_other_head
 from appliance.cameras.source import CameraError
-from appliance.files.advice import reading_advice
+from appliance.errors import reading_advice
 from vision.sent_picture import LUMA_601, MOSAICS, Codes, Coding, Mosaic, SentPicture, sent_picture
 
 PNG_START = b"\x89PNG\r\n\x1a\n"

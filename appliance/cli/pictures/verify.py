@@ -8,7 +8,6 @@ from pathlib import Path
 from appliance.cli.common import add_config, progress
 from appliance.cli.outputs import refuse_lost_input, refuse_unwritable
 from appliance.command_options import CommandError, number_within
-from appliance.files.advice import reading_advice
 from appliance.files.digest import file_sha256
 from appliance.supervisor import settings as settings_file
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from appliance.files.advice import reading_advice
+from appliance.errors import reading_advice
 from appliance.sizing.method import ScaleError
 from vision.edges.forest.model import StructuredForest
 

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from appliance.files.advice import reading_advice
+from appliance.errors import reading_advice
 from appliance.files.atomic_file import whole_file
 from appliance.sizing.method import ScaleError
 from vision.calibration.rig import Rig

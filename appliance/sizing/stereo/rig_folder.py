@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from appliance.cameras.recording.names import PICTURE_SUFFIXES
-from appliance.files.advice import reading_advice
+from appliance.errors import reading_advice
 from vision.calibration.acceptance import CalibrationError, some_names
 from vision.calibration.checkerboard import Board
 from vision.calibration.rig import SIDES
