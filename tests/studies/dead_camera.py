@@ -10,9 +10,9 @@ from running import free_port
 from stream_gauge import SIZE, measures, settings, starting
 
 TEXT = (
-    "Both cameras are one RTSP server (GStreamer, H.264, 800 x 600) on loopback; the gauge measures, the server is gone "
-    "for 65 minutes and comes back. goes: lines of the journal in the first minute. after: lines of the 64 minutes "
-    "after it. comes_back: lines from the server's start until 10 s after the fault is over."
+    "Both cameras are one RTSP server (GStreamer, H.264, 800 x 600) on loopback; the gauge measures, the server is "
+    "gone for 65 minutes and comes back. goes: lines of the journal in the first minute. after: lines of the 64 "
+    "minutes after it. comes_back: lines from the server's start until 10 s after the fault is over."
 )
 REPEATABLE = False  # an hour of processes and a network
 GOES_S = 60
