@@ -118,8 +118,9 @@ def _analysed(plane: Planes, basis: Any, levels: int) -> Bands:
     details: list[Planes] = []
     for _ in range(levels):
         upper, lower = map(cv2.transpose, pywt.dwt(cv2.transpose(plane), basis, BORDER))
-        plane, beside = pywt.dwt(upper, basis, BORDER)
-        details += [beside, *pywt.dwt(lower, basis, BORDER)]
+        halves: list[Any] = [*pywt.dwt(upper, basis, BORDER), *pywt.dwt(lower, basis, BORDER)]
+        plane = halves[0]
+        details += halves[1:]
     return Bands(plane if levels else plane.copy(), details)
 
 
