@@ -155,10 +155,11 @@ def _compile(cache: Path) -> str:
 
 
 def _enable_page() -> str:
-    """Enable and start the page if its libraries are here."""
+    """Enable the page and start it, or start it anew, if its libraries are here."""
     if importlib.util.find_spec("starlette") is None:
         return f"{PAGE_UNIT.name} stays off: for the page in a browser, pip install 'hotgauge[page]' and install again"
-    _run("systemctl", "enable", "--now", "--no-block", PAGE_UNIT.name)
+    _run("systemctl", "enable", PAGE_UNIT.name)
+    _run("systemctl", "restart", "--no-block", PAGE_UNIT.name)
     return f"{PAGE_UNIT.name} is enabled and starts; say who may log in with: hotgauge page-user"
 
 
