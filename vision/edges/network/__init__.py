@@ -1,0 +1,1 @@
+"""Edges by a small convolutional network that was trained on rendered scenes alone."""
