@@ -177,7 +177,7 @@ FAULTS: tuple[FaultRow, ...] = (
         DeviceState.MAINTENANCE_REQUIRED,
         logging.WARNING,
         "the laser beside the cameras does not answer; the cameras measure without it",
-        "check its power and network, and host, port, unit and register of sizing.range",
+        "check its power and network, and host, port, unit_id and address of sizing.range",
         bit=23,
     ),
     FaultRow(

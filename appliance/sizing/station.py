@@ -125,8 +125,8 @@ def _measure(
         bars, stretch = SideBySide(), 0
         guard = ExposureGuard(settings.exposure, adjustable=isinstance(source, Adjustable))
         while not closed.is_set():
-            exposed = source.next(PAIR_TIMEOUT_S)
-            exposed = exposed and laser.beside(exposed)
+            newest = source.next(PAIR_TIMEOUT_S)
+            exposed = newest and laser.beside(newest)
             exposure = exposed and Exposure.from_source(exposed)
             verdict = liveness.judge(exposure, time.monotonic())
             if exposed is None or exposure is None or not verdict.counts:

@@ -20,7 +20,7 @@ from vision.sizing.gauge import Gauge
 TEXT = (
     "Both routes on rigs of the simulated mill (`usual`: baseline 0.5 to 2.5 m) and on rigs whose cameras stand 150 to "
     "400 mm apart (`short`), calibrated by the product from projected corners with detector noise and boards with "
-    "print errors; responses off as in `served_diameter`; the ovality is told as 0; 800 x 600. The laser's noise is 0.3 mm; "
+    "print errors; responses off as in `served_diameter`; the ovality is told as 0. The laser's noise is 0.3 mm; "
     "its beam is calibrated from its spots on both registration boards, as the left camera sees them with 0.1 px of "
     "noise. `cameras`: without it; `beside`: with it; `left alone`, `right alone`: with it, the other view dark; "
     "`wrong`, `left alone, wrong`: likewise with a range that is 20 mm too long."

@@ -78,10 +78,10 @@ class ModbusRangeSensor:
         read = client.read_input_registers if settings.table == "input" else client.read_holding_registers
         while not self._closed.wait(settings.poll_ms / 1000):
             asked_s = time.monotonic()
-            answer = read(settings.register_address, count=settings.words, device_id=settings.unit)
+            answer = read(settings.address, count=settings.words, device_id=settings.unit_id)
             answered_s = time.monotonic()
             if answer.isError() or len(answer.registers) != settings.words:
-                self._trouble = f"refuses register {settings.register_address} of unit {settings.unit}"
+                self._trouble = f"refuses register {settings.address} of unit {settings.unit_id}"
                 return
             self._answered_s = answered_s
             moment_s = 0.5 * (asked_s + answered_s)

@@ -2,11 +2,11 @@
 
 import math
 from dataclasses import replace
-from typing import NamedTuple, Protocol, Self, TypeVar
+from typing import NamedTuple, Protocol, Self
 
 from appliance.cameras.source import Frame, FramePair
 
-Exposed = TypeVar("Exposed", FramePair, Frame)
+Exposed = FramePair | Frame
 
 
 class RangeReading(NamedTuple):

@@ -75,11 +75,9 @@ class ModbusRange(RangeSettings):
     kind: Literal["modbus"] = Field(description="A laser that is read over Modbus TCP")
     host: str = Field(min_length=1, description="Name or address of the sensor or its gateway")
     port: int = Field(default=502, ge=1, le=65535, description="Its TCP port")
-    unit: int = Field(default=1, ge=0, le=255, description="Its unit")
+    unit_id: int = Field(default=1, ge=0, le=255, description="Its unit")
     table: Literal["input", "holding"] = Field(default="input", description="Registers that hold the range")
-    register_address: int = Field(
-        alias="register", ge=0, le=65535, description="Address of the range, counted from 0 as on the wire"
-    )
+    address: int = Field(ge=0, le=65535, description="Address of the range, counted from 0 as on the wire")
     words: Literal[1, 2] = Field(
         default=1, description="Registers that the range takes, an unsigned whole number, most significant first"
     )

@@ -1,1 +1,0 @@
-"""Edges by a small convolutional network that was trained on rendered scenes alone."""
