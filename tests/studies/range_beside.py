@@ -140,10 +140,10 @@ def summary(rows):
         for rig in RIGS
         for condition in CONDITIONS
     }
-    return {name: {way: of_way([row[way] for row in group]) for way in WAYS} for name, group in groups.items()}
+    return {name: {way: of_values([row[way] for row in group]) for way in WAYS} for name, group in groups.items()}
 
 
-def of_way(results):
+def of_values(results):
     valid = [one for one in results if one["valid"]]
     if not valid:
         return {"frames": len(results), "values": 0}
@@ -156,6 +156,6 @@ def of_way(results):
         "worst_mm": np.abs(error).max(),
         "covered": np.mean(np.abs(error) <= expanded),
         "median_expanded_mm": np.median(expanded),
-        "range_refused": np.mean(["routes_disagree" in one["reasons"] and one["gap_mm"] is not None for one in valid]),
+        "routes_disagree": np.mean(["routes_disagree" in one["reasons"] for one in valid]),
     }
     return {"frames": len(results), "values": len(valid)} | {name: round(float(v), 4) for name, v in figures.items()}

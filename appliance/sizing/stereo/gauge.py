@@ -167,11 +167,37 @@ class RangeRay(NamedTuple):
     direction: Sequence[float]
     u_mm: float
 
-    def point(self, range_mm: float) -> SurfacePoint | None:
-        """Where the spot lies; None without a range."""
+    def point(self, range_mm: float, rig: Rig) -> SurfacePoint | None:
+        """Where the spot lies, in the line's frame; None without a range.
+
+        Parameters
+        ----------
+        range_mm : float
+        rig : Rig
+            Along the line.
+        """
         if not math.isfinite(range_mm):
             return None
-        return SurfacePoint.at(np.array(self.origin_mm), np.array(self.direction), range_mm, self.u_mm)
+        origin_mm, direction = (rig.line_axes @ np.array(place) for place in (self.origin_mm, self.direction))
+        return SurfacePoint.at(origin_mm, direction, range_mm, self.u_mm)
+
+
+class LineSetup(NamedTuple):
+    """How the line lies against the boards, and what stands beside it.
+
+    Attributes
+    ----------
+    tilt_deg : float
+        Rise along y against the boards; see `Rig.along_line`.
+    ray : RangeRay or None
+        Beam of a laser beside the cameras, in the boards' frame.
+    """
+
+    tilt_deg: float = 0.0
+    ray: RangeRay | None = None
+
+
+USUAL_LINE = LineSetup()
 
 
 class StationGauge(TimedGauge[SizeReading]):
@@ -201,13 +227,13 @@ class StationGauge(TimedGauge[SizeReading]):
 
     def measure_exposed(self, exposed: FramePair) -> tuple[tuple[SizeReading, ...], float]:
         """Measure an exposure with what its time stamps and its range tell; see `measure_bars`."""
-        point = None if self._ray is None else self._ray.point(exposed.range_mm)
+        point = None if self._ray is None else self._ray.point(exposed.range_mm, self._rig)
         return self.measure_bars(*exposed.pictures, synchronous=exposed.synchronous, point=point)
 
     @property
     def scale_files(self) -> Sequence[ScaleFile]:
         """The rig file, and the forest where it is not the shipped one; see `TimedReader.scale_files`."""
-        rig = ScaleFile("rig", "rig.json", self._rig.to_json().encode())
+        rig = ScaleFile("rig", "rig.json", self._rig.along_line(0.0).to_json().encode())
         if self._forest is None:
             return (rig,)
         content = io.BytesIO()
@@ -246,7 +272,7 @@ USUAL_ROUTE_V = RouteV()
 
 
 def rig_file_gauge(
-    path: Path, ovality_mm: float | None, route_v: RouteV = USUAL_ROUTE_V, ray: RangeRay | None = None
+    path: Path, ovality_mm: float | None, route_v: RouteV = USUAL_ROUTE_V, line: LineSetup = USUAL_LINE
 ) -> StationGauge:
     """Make the gauge of a rig file; raises `RigError` as `load_rig` and `TimedGauge` do.
 
@@ -256,10 +282,9 @@ def rig_file_gauge(
     ovality_mm : float or None
         Largest ovality of the product: greatest minus least width of a cross section; None: what is usual.
     route_v : RouteV
-    ray : RangeRay or None
-        Beam of a laser beside the cameras.
+    line : LineSetup
     """
-    return pair_gauge(load_rig(path), str(path), ovality_mm, route_v, ray)
+    return pair_gauge(load_rig(path), str(path), ovality_mm, route_v, line)
 
 
 def pair_gauge(
@@ -267,7 +292,7 @@ def pair_gauge(
     name: str,
     ovality_mm: float | None,
     route_v: RouteV = USUAL_ROUTE_V,
-    ray: RangeRay | None = None,
+    line: LineSetup = USUAL_LINE,
 ) -> StationGauge:
     """Make the gauge of a rig, by both routes; raises `RigError` as `TimedGauge` does, and `EdgeModelError`.
 
@@ -279,13 +304,12 @@ def pair_gauge(
     ovality_mm : float or None
         Largest ovality of the product: greatest minus least width of a cross section; None: what is usual.
     route_v : RouteV
-    ray : RangeRay or None
-        Beam of a laser beside the cameras.
+    line : LineSetup
     """
     forest = None if route_v.edge_model is None else load_edge_model(route_v.edge_model)
     edges = EdgeOptions(method=route_v.edges, forest=forest)
     make = partial(Gauge, ovality_mm=ovality_mm, edges=edges, fusion=route_v.fusion)
-    return StationGauge(rig, name, make, forest, ray)
+    return StationGauge(rig.along_line(line.tilt_deg), name, make, forest, line.ray)
 
 
 def _lines(camera: Camera, region_y_mm: tuple[float, float], reading: SizeReading) -> list[Line]:

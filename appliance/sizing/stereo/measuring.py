@@ -1,6 +1,7 @@
 """The command `measure` with calibrated cameras: by both routes, by virtual boards alone, or with one camera."""
 
 import argparse
+import math
 from typing import ClassVar
 
 from appliance.command_options import CommandError
@@ -8,10 +9,11 @@ from appliance.sizing.measuring import Measuring
 from appliance.sizing.reading_rows import Judge
 from appliance.sizing.stereo.route_options import PRINTED_OPTIONS, add_route_options
 
+MOST_TILT_DEG = 10.0  # as the setting sizing.board_tilt_deg allows
 MOST_OVALITY_MM = 20.0  # as the setting sizing.ovality_mm allows
 OWN_OPTIONS = {
-    "tangent": frozenset({"ovality", "plot"}),
-    "virtual-board": frozenset({*PRINTED_OPTIONS, "fusion", "plot"}),
+    "tangent": frozenset({"ovality", "plot", "board_tilt"}),
+    "virtual-board": frozenset({*PRINTED_OPTIONS, "fusion", "plot", "board_tilt"}),
     "one-camera": frozenset({*PRINTED_OPTIONS, "side", "plane_mm", "plot"}),
 }
 
@@ -23,7 +25,16 @@ class StereoMeasuring(Measuring):
     text: ClassVar[str] = (
         "tangent unless given; virtual-board and one-camera (on the plane of its board) are the dissertation's, alone"
     )
-    options: ClassVar[tuple[str, ...]] = ("rig", "plot", *PRINTED_OPTIONS, "fusion", "side", "plane_mm", "ovality")
+    options: ClassVar[tuple[str, ...]] = (
+        "rig",
+        "plot",
+        *PRINTED_OPTIONS,
+        "fusion",
+        "side",
+        "plane_mm",
+        "ovality",
+        "board_tilt",
+    )
 
     def add_options(self, command: argparse.ArgumentParser) -> None:
         """Declare edge detector, fusion, and the dissertation's ways and numbers."""
@@ -33,6 +44,12 @@ class StereoMeasuring(Measuring):
         )
         command.add_argument(
             "--fusion", metavar="NAME", help="views of virtual-board in one picture, none unless given"
+        )
+        command.add_argument(
+            "--board-tilt",
+            type=_tilt,
+            metavar="DEG",
+            help="rise of the line along y against the registration boards, or fitted: from the bars themselves",
         )
         command.add_argument("--side", metavar="SIDE", help="camera of one-camera: left unless given, or right")
         command.add_argument(
@@ -53,8 +70,22 @@ class StereoMeasuring(Measuring):
                 others = [name for name, own in OWN_OPTIONS.items() if option in own]
                 who = "only virtual boards have it" if "virtual-board" in others else "only one camera has it"
                 raise CommandError(f"--{option.replace('_', '-')}: {who}; add --method {others[0]}")
+        if given.board_tilt is not None and given.method == "one-camera":
+            raise CommandError("--board-tilt: one-camera has its own plane; leave it out")
         make = gauge_of(given)
-        return measure_recording(given.recording, given.rig, given.output, make, judge=judge, plots=given.plot)
+        tilt_deg = given.board_tilt if given.board_tilt is not None else 0.0
+        return measure_recording(
+            given.recording, given.rig, given.output, make, judge=judge, plots=given.plot, tilt_deg=tilt_deg
+        )
+
+
+def _tilt(text: str) -> float:
+    if text == "fitted":
+        return math.nan
+    number = float(text)
+    if not abs(number) <= MOST_TILT_DEG:
+        raise ValueError
+    return number
 
 
 def _length(text: str) -> float:

@@ -10,7 +10,7 @@ from appliance.cameras.kinds import StereoCamera
 from appliance.cameras.recording.settings import RecordingCamera
 from appliance.cameras.simulated.settings import MillCamera
 from appliance.settings.file import SettingsError
-from appliance.settings.section import FilePath
+from appliance.settings.section import FilePath, unit
 from appliance.sizing.method import ScaleCheck, ScaleError, SizingMethod, TimedReader
 from appliance.sizing.range_sensor.settings import Range
 from vision.edges.names import EdgeMethod
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from appliance.cameras.source import PairSource
     from appliance.sizing.range_sensor.sensor import RangeSensor
-    from appliance.sizing.stereo.gauge import RangeRay, RouteV
+    from appliance.sizing.stereo.gauge import LineSetup, RouteV
 
 NO_RIG_SENTENCE = "sizing.rig is not set; make a rig file with `hotgauge calibrate` and set it"
 NO_OVALITY_SENTENCE = (
@@ -55,6 +55,13 @@ class SizingSettings(SizingMethod):
         default="none", description="How the views of the virtual boards are fused; none measures each on its own"
     )
 
+    board_tilt_deg: float = Field(
+        default=0.0,
+        ge=-10,
+        le=10,
+        description="How much the line rises along y against the registration boards; `hotgauge measure` fits it",
+        json_schema_extra=unit("deg"),
+    )
     range: Range | None = Field(
         default=None, description="A laser that measures the range to the bar beside the cameras"
     )
@@ -103,18 +110,22 @@ class SizingSettings(SizingMethod):
         from appliance.sizing.stereo.rig_file import RigError
 
         if self.rig is not None:
-            return rig_file_gauge(self.rig, self.ovality_mm, self._route_v, self._ray)
+            return rig_file_gauge(self.rig, self.ovality_mm, self._route_v, self._line)
         calibrate = self.camera.own_rig()
         if calibrate is None:
             raise RigError(NO_RIG_SENTENCE)
         on_usable()
-        return pair_gauge(calibrate(), f"rig of {self.camera.in_words}", self._own_ovality_mm, self._route_v, self._ray)
+        return pair_gauge(
+            calibrate(), f"rig of {self.camera.in_words}", self._own_ovality_mm, self._route_v, self._line
+        )
 
     @property
-    def _ray(self) -> "RangeRay | None":
-        from appliance.sizing.stereo.gauge import RangeRay
+    def _line(self) -> "LineSetup":
+        from appliance.sizing.stereo.gauge import LineSetup, RangeRay
 
-        return None if self.range is None else RangeRay(self.range.origin_mm, self.range.direction, self.range.u_mm)
+        laser = self.range
+        ray = None if laser is None else RangeRay(laser.origin_mm, laser.direction, laser.u_mm)
+        return LineSetup(self.board_tilt_deg, ray)
 
     @property
     def _own_ovality_mm(self) -> float:
@@ -137,7 +148,7 @@ class SizingSettings(SizingMethod):
                 return ScaleCheck("rig", "note", f"none; {self.camera.in_words} calibrates itself")
             return ScaleCheck("rig", "BAD", NO_RIG_SENTENCE)
         try:
-            rig_file_gauge(self.rig, self.ovality_mm, self._route_v)
+            rig_file_gauge(self.rig, self.ovality_mm, self._route_v, self._line)
         except ScaleError as error:
             return ScaleCheck("rig", "BAD", str(error))
         if self.ovality_mm is None:
@@ -149,4 +160,4 @@ class SizingSettings(SizingMethod):
         from appliance.sizing.stereo.gauge import rig_file_gauge
 
         if self.rig is not None:
-            rig_file_gauge(self.rig, self.ovality_mm, self._route_v).measure(*pictures)
+            rig_file_gauge(self.rig, self.ovality_mm, self._route_v, self._line).measure(*pictures)
