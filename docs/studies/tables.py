@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 from edge_tables import EDGE_TABLES
+from future_tables import FUTURE_TABLES
 from results import Rows, Summary, length, lengths, percent, summary
 
 
@@ -376,4 +377,5 @@ TABLES: dict[str, Callable[[], Rows]] = {
     "ingots elsewhere": ingots_elsewhere,
     "ingots": ingots,
     **EDGE_TABLES,
+    **FUTURE_TABLES,
 }

@@ -14,27 +14,33 @@ if TYPE_CHECKING:
 MILL_ORIGIN_MM, MILL_DIRECTION, MILL_U_MM = (0.0, 0.0, 2200.0), (0.0, 0.0, -1.0), 0.5
 
 
-def _of_three(numbers: list[float]) -> list[float]:
-    if len(numbers) != 3:
-        raise ValueError(f"{numbers} is no place; give x, y and z")
-    return numbers
-
-
 def _a_direction(numbers: list[float]) -> list[float]:
-    if not any(_of_three(numbers)):
+    if not any(numbers):
         raise ValueError("0, 0, 0 is no direction; give x, y and z from the sensor towards the line")
     return numbers
 
 
-Place = Annotated[list[float], AfterValidator(_of_three)]
-Direction = Annotated[list[float], AfterValidator(_a_direction)]
+Place = Annotated[list[float], Field(min_length=3, max_length=3)]
+Direction = Annotated[Place, AfterValidator(_a_direction)]
+
+
+class NoRange(Section):
+    """No laser."""
+
+    kind: Literal["off"] = Field(default="off", description="Cameras alone")
+
+    def make_sensor(self) -> "RangeSensor":
+        """None."""
+        from appliance.sizing.range_sensor.sensor import NoRangeSensor
+
+        return NoRangeSensor()
 
 
 class RangeSettings(Section, ABC):
     """The beam, and how far its spot is known."""
 
     origin_mm: Place = Field(
-        description="Where the range is 0, in the line's coordinates: x across, y along, z up",
+        description="Where the range is 0, in the rig's coordinates: x across, y along, z up",
         json_schema_extra=unit("mm"),
     )
     direction: Direction = Field(description="Of the beam: x, y and z from the sensor towards the line, of any length")
@@ -78,8 +84,11 @@ class ModbusRange(RangeSettings):
     unit_id: int = Field(default=1, ge=0, le=255, description="Its unit")
     table: Literal["input", "holding"] = Field(default="input", description="Registers that hold the range")
     address: int = Field(ge=0, le=65535, description="Address of the range, counted from 0 as on the wire")
-    words: Literal[1, 2] = Field(
-        default=1, description="Registers that the range takes, an unsigned whole number, most significant first"
+    words: int = Field(
+        default=1,
+        ge=1,
+        le=2,
+        description="Registers that the range takes, an unsigned whole number, most significant first",
     )
     scale_mm: float = Field(default=0.1, gt=0, description="Millimetres per count", json_schema_extra=unit("mm"))
     offset_mm: float = Field(default=0.0, description="Added to count times scale", json_schema_extra=unit("mm"))
@@ -105,4 +114,4 @@ class ModbusRange(RangeSettings):
         return ModbusRangeSensor(self)
 
 
-Range = Annotated[MillRange | ModbusRange, Field(discriminator="kind")]
+Range = Annotated[NoRange | MillRange | ModbusRange, Field(discriminator="kind")]

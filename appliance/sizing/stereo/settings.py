@@ -12,7 +12,7 @@ from appliance.cameras.simulated.settings import MillCamera
 from appliance.settings.file import SettingsError
 from appliance.settings.section import FilePath, unit
 from appliance.sizing.method import ScaleCheck, ScaleError, SizingMethod, TimedReader
-from appliance.sizing.range_sensor.settings import Range
+from appliance.sizing.range_sensor.settings import NoRange, Range
 from vision.edges.names import EdgeMethod
 from vision.fusion.names import Fusion
 
@@ -62,14 +62,12 @@ class SizingSettings(SizingMethod):
         description="How much the line rises along y against the registration boards; `hotgauge measure` fits it",
         json_schema_extra=unit("deg"),
     )
-    range: Range | None = Field(
-        default=None, description="A laser that measures the range to the bar beside the cameras"
-    )
+    range: Range = Field(default_factory=NoRange, description="A laser that measures beside the cameras")
 
     @model_validator(mode="after")
     def _check_range(self) -> Self:
-        if self.range is not None and self.range.kind == "mill" and self.camera.kind != "mill":
-            raise ValueError("range: only the simulated mill has the laser mill; set sizing.range.kind to modbus")
+        if self.range.kind == "mill" and self.camera.kind != "mill":
+            raise ValueError("range: only the simulated mill has the kind mill; set sizing.range.kind to modbus")
         return self
 
     @model_validator(mode="after")
@@ -100,9 +98,7 @@ class SizingSettings(SizingMethod):
 
     def make_range_sensor(self) -> "RangeSensor":
         """The laser of `range`; see `SizingMethod.make_range_sensor`."""
-        from appliance.sizing.range_sensor.sensor import NoRangeSensor
-
-        return NoRangeSensor() if self.range is None else self.range.make_sensor()
+        return self.range.make_sensor()
 
     def make_gauge(self, on_usable: Callable[[], None], /) -> TimedReader:
         """Make the gauge of the rig file, else of the camera's own rig; see `SizingMethod.make_gauge`."""
@@ -124,7 +120,7 @@ class SizingSettings(SizingMethod):
         from appliance.sizing.stereo.gauge import LineSetup, RangeRay
 
         laser = self.range
-        ray = None if laser is None else RangeRay(laser.origin_mm, laser.direction, laser.u_mm)
+        ray = None if laser.kind == "off" else RangeRay(laser.origin_mm, laser.direction, laser.u_mm)
         return LineSetup(self.board_tilt_deg, ray)
 
     @property
@@ -137,7 +133,7 @@ class SizingSettings(SizingMethod):
         if rig is None:
             raise SettingsError("--rig: the rig file of these cameras is missing; make it with hotgauge calibrate")
         camera = RecordingCamera(kind="recording", path=recording)
-        return self.model_copy(update={"camera": camera, "rig": rig, "range": None})
+        return self.model_copy(update={"camera": camera, "rig": rig, "range": NoRange()})
 
     def check_scale(self) -> ScaleCheck:
         """Check whether the rig can be used; see `SizingMethod.check_scale`."""

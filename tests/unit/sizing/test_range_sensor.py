@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 import pytest
+from mill_scenes import perfect_rig
 from modbus_wire import eventually
 from pydantic import ValidationError
 from range_register import RangeRegister
@@ -13,6 +14,7 @@ from appliance.cameras.recording.time_stamps import STAMPS_FILE, Stamps, read_st
 from appliance.cameras.source import FramePair
 from appliance.simulation.bars.bars import Bar
 from appliance.simulation.bars.laser import Laser
+from appliance.simulation.true_rig import default_rig
 from appliance.sizing.range_sensor import modbus
 from appliance.sizing.range_sensor.sensor import NoRangeSensor, RangeReading, nearest
 from appliance.sizing.range_sensor.settings import MILL_DIRECTION, MILL_ORIGIN_MM, ModbusRange
@@ -101,8 +103,11 @@ def test_a_pair_without_a_laser_stays_as_it_is():
 
 def test_the_beam_has_any_length_and_ends_at_the_range():
     ray = RangeRay((0.0, 0.0, 2200.0), (0.0, 0.0, -2.0), 0.5)
-    assert ray.point(2000.0).point_mm == pytest.approx([0, 0, 200])
-    assert ray.point(math.nan) is None
+    rig = perfect_rig(default_rig())
+    assert ray.point(2000.0, rig).point_mm == pytest.approx([0, 0, 200])
+    along = ray.point(2000.0, rig.along_line(30.0))  # the beam was found in the boards' frame
+    assert along.point_mm == pytest.approx([0, 100, 200 * math.cos(math.pi / 6)])
+    assert ray.point(math.nan, rig) is None
 
 
 @pytest.mark.parametrize(("key", "value"), [("direction", [0, 0, 0]), ("origin_mm", [0, 0]), ("u_mm", 0)])
