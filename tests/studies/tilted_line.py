@@ -26,7 +26,7 @@ TEXT = (
 TILTS_DEG = (0.0, 1.0, 2.0, 5.0)
 CONDITIONS = ("clean", "scale", "haze")
 WAYS = ("parallel", "turned", "fitted", "served")
-SEEDS = 36
+SEEDS = 15
 ROUNDS = 2
 SAMPLE = 1  # each case measures six times
 
