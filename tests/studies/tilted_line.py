@@ -1,6 +1,7 @@
 """Virtual boards turned: both routes on lines that rise against the registration boards, as parallel and as turned."""
 
 import json
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +14,7 @@ from studies.range_beside import of_values
 from vision.calibration.checkerboard import Board
 from vision.calibration.stereo import calibrate
 from vision.sizing.gauge import Gauge
-from vision.sizing.virtual_board.bar_tilt import bar_tilt_deg
+from vision.sizing.virtual_board.bar_tilt import bar_tilt
 from vision.sizing.virtual_board.gauge import VirtualBoardGauge
 
 TEXT = (
@@ -76,7 +77,7 @@ def fitted_tilt_deg(rig, pair):
         gauge.measure(*pair)
         if gauge.last_pair is None:
             return np.nan
-        rig = rig.along_line(rig.tilt_deg + np.nan_to_num(bar_tilt_deg(gauge.last_pair)))
+        rig = rig.along_line(rig.tilt_deg + np.nan_to_num(bar_tilt(gauge.last_pair).deg))
     return rig.tilt_deg
 
 
@@ -85,7 +86,9 @@ def of_reading(reading, truth_mm):
     if reading.valid:
         told |= {
             "error_mm": round(reading.diameter_mm - truth_mm, 4),
-            "expanded_mm": round(reading.expanded_uncertainty_mm, 4),
+            "expanded_mm": None
+            if math.isnan(reading.expanded_uncertainty_mm)
+            else round(reading.expanded_uncertainty_mm, 4),
         }
     return told
 
@@ -102,4 +105,8 @@ def of_tilt(rows):
         "rms_deg": round(float(np.sqrt(np.mean(off_deg**2))), 4),
         "worst_deg": round(float(np.abs(off_deg).max()), 4),
     }
-    return {way: of_values([row[way] for row in rows]) for way in WAYS} | {"tilt": fit}
+    told = {way: [row[way] for row in rows] for way in WAYS}
+    known = {way: [one for one in told[way] if one.get("expanded_mm") is not None] for way in WAYS}
+    return {way: of_values(known[way]) | {"uncertainty_unknown": len(told[way]) - len(known[way])} for way in WAYS} | {
+        "tilt": fit
+    }

@@ -5,6 +5,7 @@ import math
 import threading
 import time
 from collections import deque
+from collections.abc import Sequence
 from typing import Self
 
 from pymodbus import ModbusException
@@ -87,7 +88,7 @@ class ModbusRangeSensor:
             moment_s = 0.5 * (asked_s + answered_s)
             self._readings.append(RangeReading(moment_s, self._range_mm(answer.registers)))
 
-    def _range_mm(self, words: list[int]) -> float:
+    def _range_mm(self, words: Sequence[int]) -> float:
         count = 0
         for word in words:
             count = count << 16 | word
