@@ -12,6 +12,7 @@ from appliance.simulation.bars.study_scenes import set_up
 from appliance.simulation.boards.boards import Board as TrueBoard
 from appliance.simulation.boards.boards import board_document, high_pose, low_pose, observe
 from appliance.simulation.true_rig import REGION_MM, TrueCamera, TrueRig, look_at
+from appliance.sizing.range_sensor.sensor import RangeReading, steady_range_mm
 from vision.calibration.checkerboard import Board
 from vision.calibration.stereo import calibrate
 from vision.geometry.surface_point import SurfacePoint
@@ -22,8 +23,9 @@ TEXT = (
     "400 mm apart (`short`), calibrated by the product from projected corners with detector noise and boards with "
     "print errors; responses off as in `served_diameter`; the ovality is told as 0. The laser's noise is 0.3 mm; "
     "its beam is calibrated from its spots on both registration boards, as the left camera sees them with 0.1 px of "
-    "noise. `cameras`: without it; `beside`: with it; `left alone`, `right alone`: with it, the other view dark; "
-    "`wrong`, `left alone, wrong`: likewise with a range that is 20 mm too long."
+    "noise, and it is read at both exposures, as the appliance does. `cameras`: without it; `beside`: with it; "
+    "`left alone`, `right alone`: with it, the other view dark; `wrong`, `left alone, wrong`: likewise with a range "
+    "that is 20 mm too long."
 )
 RIGS = ("usual", "short")
 CONDITIONS = ("clean", "scale", "haze", "bounce")
@@ -51,20 +53,32 @@ def run(case):
     setup = replace(setup, rig=rigs(seed)[case["rig"]])
     rig, beam, laser = calibrated(seed, case["rig"])
     pictures = [off_response(picture, seed) for picture in setup.pair()]
-    range_mm = laser.range_mm(setup.bars[0], np.random.default_rng([seed, 0x7261]))
+    range_mm = read_mm(laser, setup, np.random.default_rng([seed, 0x7261]))
     dark = np.zeros_like(pictures[0])
+
+    def point(off_mm=0.0):
+        return None if np.isnan(range_mm) else beam(range_mm + off_mm)
+
     shown = {
         "cameras": (pictures, None),
-        "beside": (pictures, beam(range_mm)),
-        "left alone": ((pictures[0], dark), beam(range_mm)),
-        "right alone": ((dark, pictures[1]), beam(range_mm)),
-        "wrong": (pictures, beam(range_mm + WRONG_MM)),
-        "left alone, wrong": ((pictures[0], dark), beam(range_mm + WRONG_MM)),
+        "beside": (pictures, point()),
+        "left alone": ((pictures[0], dark), point()),
+        "right alone": ((dark, pictures[1]), point()),
+        "wrong": (pictures, point(WRONG_MM)),
+        "left alone, wrong": ((pictures[0], dark), point(WRONG_MM)),
     }
     truth_mm = setup.diameter_mm
     return {
-        way: told(Gauge(rig, 0.0).measure_bars(*pair, point=point)[0], truth_mm) for way, (pair, point) in shown.items()
+        way: told(Gauge(rig, 0.0).measure_bars(*pair, point=where)[0], truth_mm) for way, (pair, where) in shown.items()
     }
+
+
+def read_mm(laser, setup, rng):
+    """What the appliance makes of a reading at each camera's exposure; NaN where the bar hopped in between."""
+    bar = setup.bars[0]
+    moments = bar, replace(bar, lift_mm=bar.lift_mm + setup.bounce_mm)
+    readings = [RangeReading(0.02 * place, laser.range_mm(one, rng)) for place, one in enumerate(moments)]
+    return steady_range_mm(readings, 0.0, 0.05, U_MM)
 
 
 def told(reading, truth_mm):

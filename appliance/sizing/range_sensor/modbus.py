@@ -11,7 +11,7 @@ from typing import Self
 from pymodbus import ModbusException
 from pymodbus.client import ModbusTcpClient
 
-from appliance.sizing.range_sensor.sensor import Exposed, RangeReading, nearest, with_range
+from appliance.sizing.range_sensor.sensor import Exposed, RangeReading, steady_range_mm, with_range
 from appliance.sizing.range_sensor.settings import ModbusRange
 
 ANSWER_WITHIN_S = 0.5  # chosen: a sensor answers within some milliseconds
@@ -56,9 +56,10 @@ class ModbusRangeSensor:
         return {"range_lost": f"{self._settings.host}:{self._settings.port}: {self._trouble}"}
 
     def beside(self, exposed: Exposed) -> Exposed:
-        """The exposure with the range read nearest to its moment."""
-        age_max_s = self._settings.age_max_ms / 1000
-        return with_range(exposed, nearest(list(self._readings), exposed.exposed_monotonic_s, age_max_s))
+        """The exposure with the range of its moment."""
+        readings, age_max_s = list(self._readings), self._settings.age_max_ms / 1000
+        range_mm = steady_range_mm(readings, exposed.exposed_monotonic_s, age_max_s, self._settings.u_mm)
+        return with_range(exposed, range_mm)
 
     def _read_until_closed(self) -> None:
         settings = self._settings

@@ -8,6 +8,9 @@ from appliance.cameras.source import Frame, FramePair
 
 Exposed = FramePair | Frame
 
+LEAST_READINGS = 2  # a single one says nothing of motion
+MOST_APART = 3.0  # chosen: of u_mm
+
 
 class RangeReading(NamedTuple):
     """A range, mm, at a moment of the monotonic clock; NaN where the beam meets nothing within the measuring range."""
@@ -69,8 +72,11 @@ def with_range(exposed: Exposed, range_mm: float) -> Exposed:
     return replace(exposed, range_mm=range_mm) if isinstance(exposed, FramePair) else exposed
 
 
-def nearest(readings: list[RangeReading], moment_s: float, age_max_s: float) -> float:
-    """Range of the reading nearest to a moment; NaN if none is near enough.
+def steady_range_mm(readings: list[RangeReading], moment_s: float, age_max_s: float, u_mm: float) -> float:
+    """Range of the reading nearest to a moment, if the bar held still around it; else NaN.
+
+    With one camera nothing else tells that a bar hopped between exposure and range, by which a diameter would be wrong
+    beyond its U (docs/methods/range.md).
 
     Parameters
     ----------
@@ -78,7 +84,12 @@ def nearest(readings: list[RangeReading], moment_s: float, age_max_s: float) -> 
     moment_s : float
         Of the exposure, on the monotonic clock.
     age_max_s : float
-        Longest time between both.
+        Longest time between the exposure and a reading that counts.
+    u_mm : float
+        Standard uncertainty of the spot's place; readings that differ by more than `MOST_APART` of it show motion.
     """
-    reading = min(readings, key=lambda one: abs(one.moment_s - moment_s), default=RangeReading(math.inf, math.nan))
-    return reading.range_mm if abs(reading.moment_s - moment_s) <= age_max_s else math.nan
+    near = [one for one in readings if abs(one.moment_s - moment_s) <= age_max_s]
+    ranges = [one.range_mm for one in near]
+    if len(near) < LEAST_READINGS or not max(ranges) - min(ranges) <= MOST_APART * u_mm:  # NaN is no target
+        return math.nan
+    return min(near, key=lambda one: abs(one.moment_s - moment_s)).range_mm

@@ -16,7 +16,7 @@ from appliance.simulation.bars.bars import Bar
 from appliance.simulation.bars.laser import Laser
 from appliance.simulation.true_rig import default_rig
 from appliance.sizing.range_sensor import modbus
-from appliance.sizing.range_sensor.sensor import NoRangeSensor, RangeReading, nearest
+from appliance.sizing.range_sensor.sensor import NoRangeSensor, RangeReading, steady_range_mm
 from appliance.sizing.range_sensor.settings import MILL_DIRECTION, MILL_ORIGIN_MM, ModbusRange
 from appliance.sizing.stereo.gauge import RangeRay
 from appliance.sizing.stereo.settings import SizingSettings
@@ -89,10 +89,16 @@ def test_nobody_there_is_a_fault(hasty):
         assert eventually(lambda: "nobody answers" in sensor.faults.get("range_lost", ""))
 
 
-@pytest.mark.parametrize(("moment_s", "range_mm"), [(10.02, 1.0), (10.09, 2.0), (10.16, math.nan), (9.9, math.nan)])
-def test_the_range_nearest_to_the_exposure_counts_unless_it_is_too_old(moment_s, range_mm):
+@pytest.mark.parametrize(("moment_s", "range_mm"), [(10.03, 1.0), (10.09, 2.0), (10.21, math.nan), (9.9, math.nan)])
+def test_the_range_nearest_to_the_exposure_counts_unless_all_but_one_are_too_old(moment_s, range_mm):
     readings = [RangeReading(10.0, 1.0), RangeReading(10.1, 2.0)]
-    assert nearest(readings, moment_s, 0.05) == pytest.approx(range_mm, nan_ok=True)
+    assert steady_range_mm(readings, moment_s, 0.1, u_mm=0.5) == pytest.approx(range_mm, nan_ok=True)
+
+
+@pytest.mark.parametrize(("later_mm", "counts"), [(1.4, True), (-1.4, True), (1.6, False), (math.nan, False)])
+def test_no_range_counts_while_the_bar_hops(later_mm, counts):
+    readings = [RangeReading(10.0, 2000.0), RangeReading(10.02, 2000.0 + later_mm)]
+    assert math.isfinite(steady_range_mm(readings, 10.0, 0.05, u_mm=0.5)) == counts
 
 
 def test_a_pair_without_a_laser_stays_as_it_is():
