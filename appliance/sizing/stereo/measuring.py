@@ -1,6 +1,7 @@
 """The command `measure` with calibrated cameras: by both routes, by virtual boards alone, or with one camera."""
 
 import argparse
+import contextlib
 import math
 from typing import ClassVar
 
@@ -65,13 +66,13 @@ class StereoMeasuring(Measuring):
             raise CommandError("--rig: the rig file of these cameras is missing; make it with hotgauge calibrate")
         if given.method != "tangent" and given.ovality is not None:
             raise CommandError(f"--ovality: {given.method} has no part for it; leave it out")
+        if given.board_tilt is not None and given.method == "one-camera":
+            raise CommandError("--board-tilt: one-camera has its own plane; leave it out")
         for option in OWN_OPTIONS["virtual-board"] | OWN_OPTIONS["one-camera"]:
             if option not in OWN_OPTIONS[given.method] and getattr(given, option) is not None:
                 others = [name for name, own in OWN_OPTIONS.items() if option in own]
                 who = "only virtual boards have it" if "virtual-board" in others else "only one camera has it"
                 raise CommandError(f"--{option.replace('_', '-')}: {who}; add --method {others[0]}")
-        if given.board_tilt is not None and given.method == "one-camera":
-            raise CommandError("--board-tilt: one-camera has its own plane; leave it out")
         make = gauge_of(given)
         tilt_deg = given.board_tilt if given.board_tilt is not None else 0.0
         return measure_recording(
@@ -82,10 +83,11 @@ class StereoMeasuring(Measuring):
 def _tilt(text: str) -> float:
     if text == "fitted":
         return math.nan
-    number = float(text)
-    if not abs(number) <= MOST_TILT_DEG:
-        raise ValueError
-    return number
+    with contextlib.suppress(ValueError):
+        if abs(number := float(text)) <= MOST_TILT_DEG:
+            return number
+    wanted = f"degrees from -{MOST_TILT_DEG:g} to {MOST_TILT_DEG:g}"
+    raise argparse.ArgumentTypeError(f"{text!r} is neither {wanted} nor fitted")
 
 
 def _length(text: str) -> float:
