@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from results import Rows, Summary, length, percent, summary
 
-HEAD = ("frames", "values", "RMSE mm", "bias mm", "worst mm", "error <= U", "median U mm", "disagree")
+HEAD = ("frames", "values", "RMSE mm", "bias mm", "worst mm", "error <= U", "median U mm")
 
 
 def range_beside() -> Rows:
@@ -18,8 +18,12 @@ def range_beside() -> Rows:
         "left camera and a laser 20 mm off": "left alone, wrong",
     }
     found = summary("range_beside")
-    rows = [(rig, title, *_figures(found[rig][way])) for rig in ("usual", "short") for title, way in ways.items()]
-    return [("rig", "measured by", *HEAD), *rows]
+    rows = [
+        (rig, title, *_figures(one), percent(one.get("routes_disagree", 0.0)))
+        for rig in ("usual", "short")
+        for title, one in ((title, found[rig][way]) for title, way in ways.items())
+    ]
+    return [("rig", "measured by", *HEAD, "disagree"), *rows]
 
 
 def tilted_line() -> Rows:
@@ -38,11 +42,11 @@ def tilted_line() -> Rows:
 def _figures(found: Summary) -> tuple[str, ...]:
     if not found["values"]:
         return (str(found["frames"]), "0", *("-",) * (len(HEAD) - 2))
+    covered = "-" if found["covered"] is None else percent(found["covered"], 1)
     return (
         *(str(found["frames"]), str(found["values"]), f"{found['rmse_mm']:.3f}"),
         f"{found['bias_mm']:+.3f} ± {found['bias_standard_error_mm']:.3f}",
-        *(length(found["worst_mm"]), percent(found["covered"], 1), length(found["median_expanded_mm"])),
-        percent(found["routes_disagree"]),
+        *(length(found["worst_mm"]), covered, length(found["median_expanded_mm"])),
     )
 
 

@@ -10,7 +10,7 @@ from calibrated_rigs import off_response
 from appliance.simulation.bars.study_scenes import set_up
 from appliance.simulation.boards.boards import Board as TrueBoard
 from appliance.simulation.boards.boards import board_document, observe
-from studies.range_beside import of_values
+from studies.served_diameter import rounded
 from vision.calibration.checkerboard import Board
 from vision.calibration.stereo import calibrate
 from vision.sizing.gauge import Gauge
@@ -105,8 +105,23 @@ def of_tilt(rows):
         "rms_deg": round(float(np.sqrt(np.mean(off_deg**2))), 4),
         "worst_deg": round(float(np.abs(off_deg).max()), 4),
     }
-    told = {way: [row[way] for row in rows] for way in WAYS}
-    known = {way: [one for one in told[way] if one.get("expanded_mm") is not None] for way in WAYS}
-    return {way: of_values(known[way]) | {"uncertainty_unknown": len(told[way]) - len(known[way])} for way in WAYS} | {
-        "tilt": fit
+    return {way: of_way([row[way] for row in rows]) for way in WAYS} | {"tilt": fit}
+
+
+def of_way(results):
+    """Errors of all values; how often U held, of those that have one."""
+    valid = [one for one in results if one["valid"]]
+    known = [one for one in valid if one["expanded_mm"] is not None]
+    error = np.array([one["error_mm"] for one in valid])
+    inside = [abs(one["error_mm"]) <= one["expanded_mm"] for one in known]
+    return {
+        "frames": len(results),
+        "values": len(valid),
+        "uncertainty_unknown": len(valid) - len(known),
+        "rmse_mm": rounded(np.sqrt(np.mean(error**2))),
+        "bias_mm": rounded(error.mean()),
+        "bias_standard_error_mm": rounded(error.std() / np.sqrt(len(error))),
+        "worst_mm": rounded(np.abs(error).max()),
+        "covered": rounded(np.mean(inside)) if known else None,
+        "median_expanded_mm": rounded(np.median([one["expanded_mm"] for one in known])) if known else None,
     }

@@ -22,9 +22,9 @@ STEP_MM = 5.0  # chosen: of height, over which the parallax is measured
 PARTS = 20  # chosen: places along the bar
 LEAST_PARALLAX = 0.02  # chosen, px per mm: below it 0.05 px of an outline are 2.5 mm of height, and no tilt is told
 
-# Chosen: on level boards the diameter is off by up to 1.2 mm per degree; within 0.3 degrees, U of the windows' scatter
-# covers it (docs/methods/virtual_board.md). Scale and haze may tilt an outline: a tilt below 4 u is theirs.
-MOST_TILT_DEG, TILT_SIGMAS = 0.3, 4.0
+# Chosen: on level boards the diameter errs by 0.7 mm RMS per degree (docs/studies/tilted_line.json), at 0.2 degrees by
+# what U = 0.18 mm just bears. Scale and haze may tilt an outline: a tilt below 4 u is theirs.
+MOST_TILT_DEG, TILT_SIGMAS = 0.2, 4.0
 
 
 class Tilt(NamedTuple):
