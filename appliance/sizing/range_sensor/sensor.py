@@ -90,6 +90,6 @@ def steady_range_mm(readings: list[RangeReading], moment_s: float, age_max_s: fl
     """
     near = [one for one in readings if abs(one.moment_s - moment_s) <= age_max_s]
     ranges = [one.range_mm for one in near]
-    if len(near) < LEAST_READINGS or not max(ranges) - min(ranges) <= MOST_APART * u_mm:  # NaN is no target
+    if len(near) < LEAST_READINGS or any(map(math.isnan, ranges)) or max(ranges) - min(ranges) > MOST_APART * u_mm:
         return math.nan
     return min(near, key=lambda one: abs(one.moment_s - moment_s)).range_mm

@@ -90,13 +90,17 @@ class ModbusRange(RangeSettings):
         le=2,
         description="Registers that the range takes, an unsigned whole number, most significant first",
     )
-    scale_mm: float = Field(default=0.1, gt=0, description="Millimetres per count", json_schema_extra=unit("mm"))
-    offset_mm: float = Field(default=0.0, description="Added to count times scale", json_schema_extra=unit("mm"))
+    scale_mm: float = Field(
+        default=0.1, gt=0, le=1000, description="Millimetres per count", json_schema_extra=unit("mm")
+    )
+    offset_mm: float = Field(
+        default=0.0, ge=-100000, le=100000, description="Added to count times scale", json_schema_extra=unit("mm")
+    )
     least_mm: float = Field(
-        default=100.0, description="Ranges below it are none: no target", json_schema_extra=unit("mm")
+        default=100.0, ge=0, le=100000, description="Ranges below it are none: no target", json_schema_extra=unit("mm")
     )
     most_mm: float = Field(
-        default=6000.0, description="Ranges above it are none: no target", json_schema_extra=unit("mm")
+        default=6000.0, ge=0, le=100000, description="Ranges above it are none: no target", json_schema_extra=unit("mm")
     )
     poll_ms: int = Field(default=20, ge=5, le=1000, description="Time between reads", json_schema_extra=unit("ms"))
     age_max_ms: int = Field(

@@ -14,6 +14,7 @@ from appliance.simulation.bars.line_scene import Scene
 from appliance.simulation.true_rig import default_rig
 from appliance.sizing.stereo.rig_file import save_rig
 from appliance.sizing.stereo.settings import SizingSettings
+from vision.calibration.rig import BOARD_NAMES
 
 TILT_DEG, DIAMETER_MM = -3.0, 160.0
 
@@ -22,7 +23,8 @@ TILT_DEG, DIAMETER_MM = -3.0, 160.0
 def recording(tmp_path_factory):
     """A rig in the frame of boards against which the line falls, and two frames of a bar."""
     folder = tmp_path_factory.mktemp("tilted")
-    rig = perfect_rig(default_rig())
+    boards = dict.fromkeys(BOARD_NAMES, np.empty((0, 2)))
+    rig = replace(perfect_rig(default_rig()), boards=boards)
     axes = rig.along_line(TILT_DEG).line_axes
     left, right = (replace(camera, R=camera.R @ axes) for camera in (rig.left, rig.right))
     save_rig(replace(rig, left=left, right=right), folder / "rig.json")
