@@ -30,8 +30,9 @@ DARK_CODE = 0.02  # chosen: added to codes (0 to 1) before their logarithm, so t
 MIDDLE_LOG = 2.0  # brings the logarithms near 0
 CELL_PX = 2  # side of a cell: the first layer goes over every second row and column
 SEED = 31  # no study draws scenes from it
-EXAMPLES, EXAMPLES_A_BATCH, STEPS = 1600, 12, 1200  # chosen: a quarter of an hour of one core in all
-RATE, WARM_STEPS = 4e-3, 50  # chosen: the rate rises, then falls along half a cosine
+EXAMPLES, EXAMPLES_A_BATCH = 1600, 12  # chosen: a quarter of an hour of one core in all
+# Chosen: the rate rises, then falls along half a cosine, and training ends before it is 0.
+RATE, WARM_STEPS, STEPS, FALLING_STEPS = 4e-3, 50, 1000, 1200
 BORDER_PX = 16  # chosen: pixels at a crop's sides, where the network sees its padding, are not judged
 EDGE_WEIGHT = 3.0  # chosen: of pixels on an edge, which are one in 30
 OPSET, IR_VERSION = 13, 8  # of ONNX; old ones, that every reader knows
@@ -168,7 +169,7 @@ def train(weights: Weights, examples: Examples, steps: int, rng: Rng) -> None:
     for step in progress:
         loss, slopes = loss_and_slopes(weights, batch_of(examples, rng))
         rising = min(1.0, (step + 1) / WARM_STEPS)
-        optimiser.step(slopes, RATE * rising * 0.5 * (1 + np.cos(np.pi * step / steps)))
+        optimiser.step(slopes, RATE * rising * 0.5 * (1 + np.cos(np.pi * step / FALLING_STEPS)))
         progress.set_postfix(loss=f"{loss:.4f}", refresh=False)
 
 
