@@ -11,7 +11,7 @@ import argparse
 import importlib
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar, cast
 
 import cv2
 import numpy as np
@@ -25,6 +25,7 @@ from vision.edges.forest.training import Example
 Array = NDArray[np.float32]
 Weights = list[tuple[Array, Array]]
 Rng = np.random.Generator
+Scalar = TypeVar("Scalar", bound=np.generic)
 
 DARK_CODE = 0.02  # chosen: added to codes (0 to 1) before their logarithm, so that black noise stays small
 MIDDLE_LOG = 2.0  # brings the logarithms near 0
@@ -165,25 +166,23 @@ def train(weights: Weights, examples: Examples, steps: int, rng: Rng) -> None:
     rng : numpy.random.Generator
     """
     optimiser = AdamW([one for pair in weights for one in pair])
-    progress = tqdm(range(steps), unit="step", disable=None)
-    for step in progress:
-        loss, slopes = loss_and_slopes(weights, batch_of(examples, rng))
+    for step in tqdm(range(steps), unit="step", disable=None):
+        _, slopes = loss_and_slopes(weights, batch_of(examples, rng))
         rising = min(1.0, (step + 1) / WARM_STEPS)
         optimiser.step(slopes, RATE * rising * 0.5 * (1 + np.cos(np.pi * step / FALLING_STEPS)))
-        progress.set_postfix(loss=f"{loss:.4f}", refresh=False)
 
 
 def batch_of(examples: Examples, rng: Rng) -> Examples:
     """Some examples, mirrored and turned over at random."""
     chosen = rng.integers(len(examples.images), size=EXAMPLES_A_BATCH)
-    return Examples(*_turned([part[chosen] for part in examples], rng))
+    swapped = rng.random() < 0.5
+    down, right = rng.choice((1, -1), size=2).tolist()
 
+    def turned(part: NDArray[Scalar]) -> NDArray[Scalar]:
+        part = part[chosen]
+        return (part.swapaxes(1, 2) if swapped else part)[:, ::down, ::right]
 
-def _turned(parts: list[NDArray[np.generic]], rng: Rng) -> list[NDArray[np.generic]]:
-    if rng.random() < 0.5:
-        parts = [part.swapaxes(1, 2) for part in parts]
-    rows, columns = rng.choice((1, -1), size=2).tolist()
-    return [part[:, ::rows, ::columns] for part in parts]
+    return Examples(turned(examples.images), turned(examples.edges), turned(examples.weights))
 
 
 def loss_and_slopes(weights: Weights, batch: Examples) -> tuple[float, list[Array]]:
@@ -204,7 +203,8 @@ def loss_and_slopes(weights: Weights, batch: Examples) -> tuple[float, list[Arra
     weight = weight / max(float(weight.sum()), 1.0)
     odds = planes[-1]
     loss = float(np.sum(weight * (np.logaddexp(0, odds) - wanted * odds)))
-    return loss, _slopes(weights, seen, planes, weight * (1 / (1 + np.exp(-odds)) - wanted))
+    back = cast("Array", weight * (1 / (1 + np.exp(-odds)) - wanted))
+    return loss, _slopes(weights, seen, planes, back)
 
 
 def _slopes(weights: Weights, seen: list[Array], planes: list[Array], back: Array) -> list[Array]:
