@@ -17,6 +17,7 @@ TEXT = (
 MODEL = Path(__file__).parent / "edge_network.onnx"
 METHODS = ("forest", "network")
 SEEDS = 4
+SAMPLE = 1
 
 
 def cases():

@@ -43,9 +43,10 @@ def test_slopes_are_those_of_the_loss():
 
 def test_it_learns_a_step_and_opencv_runs_what_was_trained(tmp_path, monkeypatch):
     monkeypatch.setattr(edge_network, "EXAMPLES_A_BATCH", 2)
+    monkeypatch.setattr(edge_network, "WARM_STEPS", 5)
     rng = np.random.default_rng(1)
     weights, examples = first_weights(rng), steps(rng, 6)
-    edge_network.train(weights, examples, 40, rng)
+    edge_network.train(weights, examples, 60, rng)
     edge_network.write(weights, tmp_path / "edges.onnx")
     image = examples.images[0].astype(np.float32)
     strength = EdgeNetwork(tmp_path / "edges.onnx").strength(image[:, :-1])  # odd width
