@@ -1,4 +1,4 @@
-"""Lines through points of which many lie elsewhere: the line that was drawn is found again, away from the origin too."""
+"""Lines through points of which many lie elsewhere: the line that was drawn is found, far from the origin too."""
 
 import numpy as np
 import pytest
