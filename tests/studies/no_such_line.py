@@ -124,9 +124,10 @@ def run(case):
     columns = picture.shape[1]
     striped[:, 3 * columns // 8 : 5 * columns // 8] = HOT
     of_size = cv2.resize(picture, line_pictures()[0].shape[::-1], interpolation=cv2.INTER_LINEAR)
+    gauge = cache(lambda: gauge_of(picture, reference))
     return {
-        "itself": outcome(lambda: gauge_of(picture, reference).measure(picture)),
-        "striped": outcome(lambda: gauge_of(picture, reference).measure(striped)),
+        "itself": outcome(lambda: gauge().measure(picture)),
+        "striped": outcome(lambda: gauge().measure(striped)),
         "elsewhere": outcome(lambda: gauge_elsewhere().measure(of_size)),
     }
 

@@ -135,8 +135,8 @@ def _changed_views(barriers: Barriers, reference: ConveyorReference, view: Conve
 def _assumed_views(barriers: Barriers, reference: ConveyorReference, view: ConveyorView) -> list[list[ConveyorView]]:
     """Views over assumed quantities: for each, one in every equally probable part of its law, a rectangular one.
 
-    Of barriers whose height is given the edge that is seen is as likely at an end of the law as between: a face as light
-    as the barrier's top shows its lower edge alone, one as dark as what lies beside it the upper one.
+    Of barriers whose height is given the edge that is seen is as likely at an end of the law as between: a face as
+    light as the barrier's top shows its lower edge alone, one as dark as what lies beside it the upper one.
     """
     if view.u_plane_mm == 0:
         return []
