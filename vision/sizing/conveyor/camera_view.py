@@ -194,7 +194,7 @@ def conveyor_view(
         view = _of_lines(barriers, barriers.lines, reference, UNKNOWN_HEIGHT_MM, focal_share)
         return replace(view, u_plane_mm=U_UNKNOWN_HEIGHT_MM)
     least_mm, most_mm = reference.lower_range_mm(over_rollers=barriers.over_rollers)
-    if most_mm > 0:  # the edge that is seen lies anywhere between the lowest and the upper one
+    if most_mm > 0 or barriers.over_rollers:  # the edge that is seen lies anywhere between the lowest and the upper one
         view = _of_lines(barriers, barriers.lines, reference, 0.5 * (least_mm + top_mm), focal_share)
         return replace(view, u_plane_mm=(top_mm - least_mm) / np.sqrt(12))
     view = _of_lines(barriers, barriers.lines, reference, 0.0, focal_share)
@@ -205,7 +205,7 @@ def conveyor_view(
     feet = fitted_feet(barriers, part, across, u_across, free=free)
     seen = feet if free else fitted_feet(barriers, part, across, u_across, free=True)
     sure = seen.u_part <= MOST_U_FACE_SHARE
-    narrow = not free and seen.part < NARROW_FACE_SHARE * part
+    narrow = seen.part < _least_part(barriers, reference, top_mm)
     walls = reference.barrier_lower_mm is not None or (sure and not narrow)
     if not (feet.show and walls):
         view = _of_lines(barriers, barriers.lines, reference, top_mm / 2, focal_share)
@@ -215,6 +215,13 @@ def conveyor_view(
         view = replace(view, above_plane_mm=top_mm * (1 + 1 / feet.part), u_height=feet.u_part)
     across_mm, u_across_mm = (share * reference.spacing_mm for share in (feet.across, feet.u_across))
     return replace(view, across_mm=across_mm, u_across_mm=u_across_mm)
+
+
+def _least_part(barriers: Barriers, reference: ConveyorReference, top_mm: float) -> float:
+    """Least width of both walls' faces together over the barriers' distance, under the highest camera that may be."""
+    highest = _of_lines(barriers, barriers.lines, reference, 0.0, FOCAL_SHARE + np.sqrt(3) * U_FOCAL_SHARE)
+    least = top_mm / (highest.camera_height_mm - top_mm)
+    return least if reference.camera_height_mm is None else NARROW_FACE_SHARE * least
 
 
 def faces_disagree(barriers: Barriers, reference: ConveyorReference, view: ConveyorView) -> bool:

@@ -21,7 +21,7 @@ from vision.sizing.conveyor.scale import Scale
 
 SIZE = 480, 640
 LINE = ThermalLine(thermal_camera(), spacing_mm=500.0, bar=Bar(165.0, 20.0, 0.0))
-GUARDS = ThermalLine(thermal_camera(), spacing_mm=1300.0, seed=1)
+GUARDS = ThermalLine(thermal_camera(), spacing_mm=1300.0, height_mm=20.0, seed=1)  # low: their faces are narrow
 
 
 def drawn_edges(*lines, bend=0.0):
