@@ -209,7 +209,7 @@ def conveyor_view(
     walls = reference.barrier_lower_mm is not None or (sure and not narrow)
     if not (feet.show and walls):
         view = _of_lines(barriers, barriers.lines, reference, top_mm / 2, focal_share)
-        return replace(view, u_plane_mm=top_mm / np.sqrt(12), narrow_faces=sure and seen.show and not walls)
+        return replace(view, u_plane_mm=top_mm / np.sqrt(12), narrow_faces=sure and seen.show and narrow)
     view = replace(_of_lines(barriers, feet.lines, reference, 0.0, focal_share), u_width_px=feet.u_width_px)
     if reference.camera_height_mm is None:
         view = replace(view, above_plane_mm=top_mm * (1 + 1 / feet.part), u_height=feet.u_part)
