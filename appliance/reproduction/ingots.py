@@ -33,6 +33,7 @@ PRINTED_SIMILARITY = {  # largest, least, mean: table 6.1
     "top-2": (0.9021, 0.6802, 0.7901),
 }
 LABELS = ("top", "bottom")
+LINES = ("ingot_line", "ingot_line_b")  # recordings with truth that may be judged as well
 
 
 class IngotEnds(Experiment):
@@ -51,7 +52,7 @@ class IngotEnds(Experiment):
             for place, count in enumerate(counts)
             for video in range(count)
         ]
-        for line in ("ingot_line", "ingot_line_b") if self._recordings is not None else ():
+        for line in LINES if self._recordings is not None else ():
             folder = Path(str(self._recordings)) / line
             told += [{"set": line, "video": path.name, "label": ""} for path in sorted(folder.glob("seq*"))]
         return told

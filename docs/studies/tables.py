@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from camera_tables import CAMERA_TABLES
 from edge_tables import EDGE_TABLES
 from results import Rows, Summary, length, lengths, percent, summary
 
@@ -370,5 +371,6 @@ TABLES: dict[str, Callable[[], Rows]] = {
     "fused uncertainty": fused_uncertainty,
     "ingots elsewhere": ingots_elsewhere,
     "ingots": ingots,
+    **CAMERA_TABLES,
     **EDGE_TABLES,
 }

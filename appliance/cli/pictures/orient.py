@@ -5,7 +5,12 @@ from pathlib import Path
 from typing import get_args
 
 from appliance.cli.common import add_config
-from appliance.cli.outputs import refuse_lost_input, refuse_other_formats, refuse_unwritable
+from appliance.cli.outputs import (
+    refuse_lost_input,
+    refuse_other_formats,
+    refuse_plots_among_inputs,
+    refuse_unwritable,
+)
 from appliance.command_options import CommandError
 from appliance.supervisor import settings as settings_file
 from vision.ingot.classifiers.names import ClassifierName
@@ -35,13 +40,16 @@ def add_orient(command: argparse.ArgumentParser) -> None:
         help="keep better references in DIR/learned, from ingots whose pictures agree, or which all show that end",
     )
     command.add_argument(
-        "--use", type=int, metavar="NUMBER", help="first use that pair of DIR/learned again; 0: top.png and bottom.png"
+        "--use",
+        type=int,
+        metavar="NUMBER",
+        help="first use that pair of DIR/learned again and forget confirmed ends; 0: top.png and bottom.png",
     )
     add_config(command)
 
 
 def run_orient(given: argparse.Namespace) -> None:
-    from appliance.ingot.learned_references import use
+    from appliance.ingot.learned_references import forget_confirmed, use
     from appliance.ingot.orient_recording import ingots_file, orient_recording
 
     refuse_other_formats(given.output)
@@ -49,12 +57,14 @@ def run_orient(given: argparse.Namespace) -> None:
     for output in outputs:
         refuse_lost_input(output, (given.recording, given.references, given.config))
         refuse_unwritable(output)
+    refuse_plots_among_inputs(given.plot, (given.recording, given.references))
     settings = settings_file.load(given.config).ingot
     if given.classifier:
         settings = settings.model_copy(update={"classifier": given.classifier})
     try:
         if given.use is not None:
             use(given.references, given.use)
+            forget_confirmed(given.references)
         lines = orient_recording(
             given.recording, given.references, given.output, settings, plot=given.plot, learn=given.learn
         )
