@@ -41,7 +41,8 @@ def uniform(number):
 
 
 def photograph(number):
-    return np.ascontiguousarray(getattr(data, PHOTOGRAPHS[number])()[..., :3][:: 1 - 2 * (number % 2)])
+    picture = getattr(data, PHOTOGRAPHS[number])()
+    return np.ascontiguousarray(picture if picture.ndim == 2 else picture[:, :, :3])
 
 
 def palette(number):
@@ -67,12 +68,12 @@ def one_edge(number):
 
 
 def two_edges(number):
-    """Two edges, bright outside, that cross in the picture as barriers never do."""
+    """Two long edges, bright outside, that cross in the picture as barriers never do."""
     rng = np.random.default_rng(number)
-    row, column, lean = rng.uniform(60, 180), rng.uniform(110, 210), rng.uniform(0.25, 0.6, 2)
+    row, column, lean = rng.uniform(180, 235), rng.uniform(110, 210), rng.uniform(0.25, 0.6, 2)
     y, x = np.mgrid[: SMALL[0], : SMALL[1]]
-    outside = (x < column - lean[0] * (y - row)) | (x > column + lean[1] * (y - row))
-    picture = cv2.GaussianBlur(np.where(outside, 150.0, 40.0), (0, 0), 1.3)
+    left, right = x < column + lean[0] * (y - row), x > column - lean[1] * (y - row)
+    picture = cv2.GaussianBlur(40 + 90.0 * left + 90.0 * right, (0, 0), 1.3)
     return np.clip(picture + rng.normal(0, 2, SMALL), 0, 255).astype(np.uint8)
 
 
