@@ -27,6 +27,7 @@ PHOTOGRAPHS = (
     *("astronaut", "brick", "camera", "chelsea", "clock", "coffee", "coins", "grass", "gravel", "moon", "page"),
     *("rocket", "text"),
 )
+PALETTES = ("AUTUMN", "COOL", "HOT", "HSV", "INFERNO", "JET", "OCEAN", "RAINBOW", "TURBO", "WINTER")
 SMALL = 240, 320
 HOT = 240
 SAMPLE = 6
@@ -47,7 +48,7 @@ def photograph(number):
 
 def palette(number):
     """A line between barriers in false colours."""
-    return cv2.applyColorMap(line_pictures()[number % 2], number)
+    return cv2.applyColorMap(line_pictures()[number % 2], getattr(cv2, f"COLORMAP_{PALETTES[number]}"))
 
 
 def strokes(number):
@@ -92,8 +93,8 @@ def clouds(number):
 
 
 KINDS = {
-    uniform: 3 * len(SIZES), photograph: len(PHOTOGRAPHS), palette: 10, strokes: 70, one_edge: 30, two_edges: 20,
-    discs: 30, clouds: 20,
+    uniform: 3 * len(SIZES), photograph: len(PHOTOGRAPHS), palette: len(PALETTES), strokes: 70, one_edge: 30,
+    two_edges: 20, discs: 30, clouds: 20,
 }  # fmt: skip
 DRAWN = {kind.__name__: kind for kind in KINDS}
 
