@@ -11,7 +11,7 @@ from appliance.sizing.conveyor.empty_line import EmptyLineError, TimedConveyorGa
 from vision.pictures import is_false_colour
 from vision.sent_picture import SentPicture
 
-PALETTES = ["JET", "INFERNO", "PLASMA", "RAINBOW", "TURBO", "HSV", "VIRIDIS", "HOT", "OCEAN", "WINTER", "BONE"]
+PALETTES = ["JET", "INFERNO", "PLASMA", "RAINBOW", "TURBO", "HSV", "VIRIDIS", "HOT", "OCEAN", "WINTER", "PINK"]
 
 
 @pytest.fixture(scope="module")
