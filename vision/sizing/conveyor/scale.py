@@ -100,17 +100,18 @@ class Scale:
         for views in self.assumed:
             changes = [float(np.median(diameters_mm(view, *ends))) - diameter_mm for view in views]
             summed = np.add.outer(summed, changes).ravel()
-        low, high = _quantiles(summed, u_known_mm)
+        low, high = (_quantile(summed, u_known_mm, share) for share in INTERVAL_95)
         return 0.5 * (low + high), 0.25 * (high - low)
 
 
-def _quantiles(places: Array, u: float) -> list[float]:
-    """Quantiles of `INTERVAL_95` of a law that is a normal one, of standard deviation u, around each of the places."""
-    ends = places.min() - 5 * u, places.max() + 5 * u
-    return [
-        float(optimize.brentq(lambda at, share=share: special.ndtr((at - places) / u).mean() - share, *ends))
-        for share in INTERVAL_95
-    ]
+def _quantile(places: Array, u: float, share: float) -> float:
+    """Quantile of a law that is a normal one, of standard deviation u, around each of the places."""
+
+    def surplus(at: float) -> float:
+        return float(np.mean(special.ndtr((at - places) / u))) - share
+
+    bounds = float(places.min()) - 5 * u, float(places.max()) + 5 * u
+    return float(optimize.root_scalar(surplus, bracket=bounds).root)
 
 
 def _changed_views(barriers: Barriers, reference: ConveyorReference, view: ConveyorView) -> list[ConveyorView]:
