@@ -116,7 +116,7 @@ class IngotEnds(Experiment):
                     "One reference top is one pattern; other tops differ from it in the width and place of their "
                     "wrinkles, so a threshold of 0.75 that fits one mill fits no other."
                 ),
-                f"The served network, which needs no reference, has an accuracy of {accuracy['relief']:.3f}.",
+                f"The served network, beside both references, has an accuracy of {accuracy['relief']:.3f}.",
             ],
         )
 

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 from camera_tables import CAMERA_TABLES
 from edge_tables import EDGE_TABLES
+from future_tables import FUTURE_TABLES
 from results import Rows, Summary, length, lengths, percent, summary
 
 
@@ -373,4 +374,5 @@ TABLES: dict[str, Callable[[], Rows]] = {
     "ingots": ingots,
     **CAMERA_TABLES,
     **EDGE_TABLES,
+    **FUTURE_TABLES,
 }

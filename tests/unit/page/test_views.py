@@ -5,6 +5,8 @@ from types import SimpleNamespace
 import pytest
 
 from appliance.page.commissioning import CommissioningError
+from appliance.page.texts import Texts
+from appliance.page.views import cameras
 from appliance.page.views.commission import act
 from appliance.page.views.line import _ADVICE, DECISION_MARKS, _judged
 
@@ -42,3 +44,9 @@ def test_a_square_has_a_size_and_a_board_may_lie_below_zero(form, length_mm):
     else:
         act(commissioning, "capture", form, "anna")
     assert begun == ([] if length_mm is None else [length_mm])
+
+
+@pytest.mark.parametrize(("rate_hz", "shown"), [(None, []), (12.5, ["12.5 / s"])])
+def test_the_rate_of_pictures_is_shown_where_it_is_known(rate_hz, shown):
+    preview = SimpleNamespace(rate_hz=rate_hz, figures={"exposed_utc_ms": 0})
+    assert [text for _, text in cameras._figures(preview, Texts("en")) if text.endswith("/ s")] == shown
