@@ -8,6 +8,7 @@ import pytest
 from appliance.simulation.foreign_thermal_line import random_foreign_thermal_line
 from appliance.simulation.thermal_line import random_thermal_line
 from vision.reasons import Reason
+from vision.sizing.conveyor import scale
 from vision.sizing.conveyor.beside_rollers import rollers_show
 from vision.sizing.conveyor.camera_view import ConveyorReference
 from vision.sizing.conveyor.gauge import ConveyorGauge
@@ -28,14 +29,44 @@ def test_barriers_that_are_lower_than_was_said_give_no_value_or_one_that_says_so
     assert (reading.valid and reading.expanded_uncertainty_mm < 0.5) is known
 
 
-@pytest.mark.parametrize("seed", [902, 906])
-def test_barriers_that_hang_over_a_plain_floor_are_not_measured_as_walls(seed):
+def hanging(seed):
+    """A line whose barriers hang over a floor on which no rollers show."""
     line = random_foreign_thermal_line(seed)
-    line = replace(line, roller_light=line.floor_light, lower_mm=0.4 * line.height_mm)
+    return replace(line, roller_light=line.floor_light, lower_mm=0.4 * line.height_mm)
+
+
+def measured(line, reference):
     *empty, shown = line.pictures(2, 1)
-    reading = ConveyorGauge(empty, heights(line), response_exponent=line.exponent).measure(shown)
-    error_mm = abs(reading.diameter_mm - line.bar.diameter_mm)
-    assert not reading.valid or error_mm <= max(2 * reading.expanded_uncertainty_mm, 1.0)
+    return ConveyorGauge(empty, reference, response_exponent=line.exponent).measure(shown)
+
+
+@pytest.mark.parametrize("seed", [48, 55, 902])  # faces of which the picture does not tell how wide they are
+def test_barriers_that_hang_over_a_plain_floor_are_not_measured_as_walls(seed):
+    line = hanging(seed)
+    reading = measured(line, heights(line))
+    assert abs(reading.diameter_mm - line.bar.diameter_mm) <= reading.expanded_uncertainty_mm
+    assert reading.expanded_uncertainty_mm > 1.5
+
+
+@pytest.mark.parametrize("u", [0.05, 0.5])
+def test_the_interval_of_an_assumed_law_is_that_of_its_samples(u):
+    places = np.append(np.linspace(-1, 1, 33), np.full(8, 1.0))
+    rng = np.random.default_rng(1)
+    samples = rng.choice(places, 400_000) + rng.normal(0, u, 400_000)
+    found = [scale._quantile(places, u, share) for share in scale.INTERVAL_95]
+    assert found == pytest.approx(np.quantile(samples, scale.INTERVAL_95), abs=0.01)
+    assert np.mean((samples >= found[0]) & (samples <= found[1])) == pytest.approx(0.9545, abs=0.001)
+
+
+def test_faces_that_are_clearly_too_narrow_for_walls_lower_the_trust():
+    line = hanging(52)
+    reading = measured(line, heights(line))
+    assert reading.reasons == Reason.ROUTES_DISAGREE | Reason.BARRIER_HEIGHT
+    assert reading.valid
+    assert reading.trust_limit == 50
+    assert abs(reading.diameter_mm - line.bar.diameter_mm) <= reading.expanded_uncertainty_mm
+    walls = measured(line, replace(heights(line), barrier_lower_mm=0.0))
+    assert Reason.BARRIER_HEIGHT in walls.reasons, "not a wall, whatever was said"
 
 
 def test_a_bar_that_is_wider_at_one_end_of_the_picture_is_doubted():
