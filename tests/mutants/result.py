@@ -13,7 +13,7 @@ TEXT = (
     "Small changes of the source, one at a time, every place in the code of a folder with the same chance; only tests "
     "that execute the changed line are run. `killed` is noticed by a test. Of the others the verdict says why: "
     "`equivalent`, code that says the same, left out of the shares; `closed`, a gap that a test closes since; `open`. "
-    "Survivors that a test outside of the map notices (documents, OpenCV's forest) were shown to it and count as killed."
+    "Survivors that a test outside of the map notices (documents, OpenCV's forest) were shown to it and are killed."
 )
 PLACE = ("file", "line", "before", "after")
 
