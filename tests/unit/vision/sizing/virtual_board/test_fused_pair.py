@@ -146,6 +146,22 @@ def test_fused_pictures_of_subsampled_colours_are_measured_in_luma():
     assert in_colours.diameter_mm < plain.diameter_mm - 0.2
 
 
+@pytest.mark.parametrize("height_mm", [0.0, 137.0])
+def test_parallax_is_how_far_a_point_moves_in_the_left_picture_for_each_millimetre(rig, pair, height_mm):
+    left, right = map(whole_picture, (rig.left, rig.right), pair)
+    alignment = Alignment(rig, VirtualBoards.of_rig(rig), left, right, projective=True)
+    point = np.array([[30.0, -40.0, height_mm]])
+    ray = point - rig.right.centre_mm
+    on_boards = [point + ray * step / ray[0, 2] for step in (0.0, 1.0, -1.0)]  # what the right camera sees as one point
+    here, above, below = (rig.left.undistort(rig.left.project(one))[0] @ rig.left.K[:2, :2].T for one in on_boards)
+    seen = rig.right.undistort(rig.right.project(point)) @ rig.right.K[:2, :2].T + rig.right.K[:2, 2]
+    pixel = np.append(seen[0], 1.0)
+    to_left = alignment.right_to_left(height_mm)
+    moved, scale = alignment.parallax(height_mm) @ pixel, (to_left / to_left[2, 2] @ pixel)[2]
+    place = here + rig.left.K[:2, 2]
+    assert (moved[:2] - place * moved[2]) / scale == pytest.approx((above - below) / 2, rel=0.01, abs=1e-3)
+
+
 def test_of_views_compressed_differently_the_fused_picture_counts_as_the_coarser(oblique, monkeypatch):
     scene, alone = oblique
     codings = []
