@@ -33,6 +33,7 @@ td, th { padding: 0.5mm 2mm 0.5mm 0; vertical-align: top }
 td + td, th + th { text-align: right; font-variant-numeric: tabular-nums }
 tr:nth-child(even) td { background: #f3f3f3 }
 img { width: 100%; max-width: 160mm; display: block; margin: 1mm auto }
+.note { font-size: 8pt; margin: 0 0 1mm }
 figure, table { break-inside: avoid; margin: 1mm 0 }
 """
 
@@ -88,6 +89,7 @@ def _markdown(sections: Sequence[Section], *, quick: bool) -> str:
         lines += [f"## {section.title}", "", section.conditions, ""]
         for table in section.tables:
             lines += [f"**{table.title}**", "", *_table_lines(table), ""]
+            lines += [table.note, ""] if table.note else []
         lines += [f"- {finding}" for finding in section.findings]
         lines += [""]
         for plot in section.plots:
@@ -118,4 +120,5 @@ def _page(sections: Sequence[Section], *, quick: bool) -> str:
 def _html_table(table: Table) -> str:
     head = "".join(f"<th>{escape(name)}</th>" for name in table.columns)
     rows = ("".join(f"<td>{escape(cell)}</td>" for cell in row) for row in table.rows)
-    return f"<table><tr>{head}</tr>" + "".join(f"<tr>{row}</tr>" for row in rows) + "</table>"
+    note = f'<p class="note">{escape(table.note)}</p>' if table.note else ""
+    return f"<table><tr>{head}</tr>" + "".join(f"<tr>{row}</tr>" for row in rows) + f"</table>{note}"

@@ -1,5 +1,7 @@
 """Draws mutants and runs the tests that concern their modules: `python -m mutants FOLDER --count N --seed S`.
 
+`python -m mutants --audit` runs those of `audit.toml` instead, one for each step of the dissertation, and writes
+`audit.md`.
 Works in a copy of the repository. Prints one line for each mutant; those that survive are written as JSON lines, to be
 judged by a person: a gap in the tests, or code that says the same.
 """
@@ -15,6 +17,7 @@ import tempfile
 import time
 from pathlib import Path
 
+from mutants import audit
 from mutants.drawn import Mutant, drawn
 
 ROOT = Path(__file__).parents[2]
@@ -64,8 +67,8 @@ def _module(file: Path, root: Path) -> str:
     return ".".join(file.relative_to(root).with_suffix("").parts).removesuffix(".__init__")
 
 
-def outcome(copy: Path, mutant: Mutant, tests: list[str]) -> str:
-    """`killed`, `survived`, or `no test`."""
+def outcome(copy: Path, mutant: Mutant, tests: list[str], too_long: str = "killed") -> str:
+    """`killed`, `survived`, `no test`, or what is said of tests that do not end in time."""
     if not tests:
         return "no test"
     file = copy / mutant.file
@@ -76,22 +79,44 @@ def outcome(copy: Path, mutant: Mutant, tests: list[str]) -> str:
     try:
         done = subprocess.run(words, cwd=copy, env=environment, capture_output=True, timeout=LONGEST_S, check=False)
     except subprocess.TimeoutExpired:
-        return "killed"
+        return too_long
     finally:
         file.write_text(kept, encoding="utf-8")
         os.utime(file, ns=(times.st_atime_ns, times.st_mtime_ns))  # numba compiles anew what looks younger
     return "survived" if done.returncode == 0 else "killed"
 
 
+def run_audit() -> None:
+    """Outcomes of the mutants by name, written to `audit.md`; without a mutant all of their tests pass."""
+    rows: list[tuple[audit.Named, str]] = []
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "copy"
+        shutil.copytree(ROOT, copy, ignore=NOT_COPIED)
+        passing: set[tuple[str, ...]] = set()
+        for one in audit.named(copy):
+            unchanged = one.mutant._replace(source=(copy / one.mutant.file).read_text(encoding="utf-8"))
+            if one.tests not in passing and outcome(copy, unchanged, [*one.tests], "too long") != "survived":
+                raise SystemExit(f"{', '.join(one.tests)}: fail without a mutant")
+            passing.add(one.tests)
+            found = outcome(copy, one.mutant, [*one.tests], "too long")
+            rows.append((one, found))
+            print(f"{found:9}{one.item}: {one.change}", flush=True)
+    audit.FILE.with_suffix(".md").write_text(audit.table(rows), encoding="utf-8")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m mutants", description=__doc__)
-    parser.add_argument("folder", help="vision, plc or appliance, or a folder below")
+    parser.add_argument("folder", nargs="?", default="vision", help="vision, plc or appliance, or a folder below")
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--files", type=int, default=FILES_MOST, help="most files of tests for one mutant")
     parser.add_argument("--for", type=float, default=1e9, dest="seconds", help="no new mutant after so many seconds")
+    parser.add_argument("--audit", action="store_true", help="the mutants by name in place of drawn ones")
     parser.add_argument("--output", type=Path, help="JSON lines of all outcomes; what is there is continued")
     given = parser.parse_args()
+    if given.audit:
+        run_audit()
+        return
     begun_s = time.monotonic()
     counts: dict[str, int] = {}
     done = 0 if given.output is None or not given.output.exists() else len(given.output.read_text().splitlines())

@@ -1,4 +1,4 @@
-"""The stated uncertainty against the errors of the served diameter; every seed its own rig, board and calibration."""
+"""The stated uncertainty against the errors of the served diameter and of route V; every seed its own calibration."""
 
 import json
 
@@ -7,6 +7,7 @@ import pytest
 
 from studies.__main__ import RESULTS
 from studies.served_diameter import BARS
+from vision.edges.names import EDGE_METHODS
 
 LEAST, MOST = 0.93, 0.98
 MOST_STANDARD_ERROR = 0.025  # with fewer seeds than its 120 the study would show nothing
@@ -44,3 +45,12 @@ def test_half_and_twice_the_stated_uncertainty_have_not_its_coverage(rows):
 
 def test_the_median_uncertainty_is_as_small_as_claimed(rows):
     assert np.median([row["expanded_mm"] for row in rows]) <= 1.3 * 0.10
+
+
+@pytest.mark.parametrize("edges", EDGE_METHODS)
+def test_the_interval_of_route_v_holds_with_every_edge_detector_that_may_be_chosen(edges):
+    found = json.loads((RESULTS / "route_v_uncertainty.json").read_text(encoding="utf-8"))["rows"]
+    rows = [row for row in found if row["edges"] == edges and row["error_mm"] is not None]
+    assert covered(rows, 1.0)[1] <= MOST_STANDARD_ERROR
+    assert holds(rows, 1.0)
+    assert not holds(rows, 0.5)

@@ -81,6 +81,13 @@ def test_no_height_is_no_height_and_the_loop_keeps_its_last(truth_mm):
     assert loop.height_mm == pytest.approx(80.0, abs=0.011)
 
 
+@pytest.mark.parametrize("search", [search_by_overlap, search_by_offset])
+def test_forty_boards_from_the_conveyor_up_to_320_mm_are_tried(search):
+    tried = []
+    search(lambda height_mm: tried.append(height_mm) or board_of(height_mm, 123.0))
+    assert tried == pytest.approx(np.linspace(0.0, 320.0, 40))
+
+
 def test_both_searches_end_within_half_a_board_of_the_truth():
     for search in (search_by_overlap, search_by_offset):
         assert abs(search(lambda height: board_of(height, 123.0)).height_mm - 123.0) <= 320 / 39 / 2

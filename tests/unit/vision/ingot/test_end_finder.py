@@ -1,8 +1,9 @@
 """Ends of ingots found in drawn pictures, and the reason where none is."""
 
+import cv2
 import numpy as np
 import pytest
-from drawn_ingots import CENTROID, CROP, glare, ingot, line
+from drawn_ingots import CENTROID, CROP, DARK, glare, ingot, line
 
 from vision.ingot.end_finder import Box, EndFinder, EndLimits
 from vision.reasons import INGOT_REASONS, IngotReason
@@ -48,6 +49,26 @@ def test_a_region_outside_the_dissertation_s_areas_is_no_ingot_and_only_a_circle
     picture = next(one for one in drawn if area_px[0] < np.count_nonzero(one[..., 2] > 150) < area_px[1])
     end, _ = finder.find(picture)
     assert (end is not None and end.method == "region") == fits
+
+
+@pytest.mark.parametrize("turn_deg", [-19.0, -11.0, 11.0, 19.0])
+def test_an_ingot_is_tilted_from_15_degrees_on(finder, turn_deg):
+    turn = cv2.getRotationMatrix2D((480.0, 280.0), turn_deg, 1.0)
+    picture = cv2.warpAffine(ingot(line(), length=1.8), turn, (960, 540), borderValue=DARK)
+    end, reasons = finder.find(picture)
+    assert (end is None) == (abs(turn_deg) > 15.0)
+    assert reasons is (IngotReason.TILTED if end is None else IngotReason.NONE)
+
+
+def test_pixels_that_touch_at_a_corner_belong_together(finder):
+    """A crack one pixel wide at 45 degrees: what lies on both sides of it touches at corners only."""
+    picture = ingot(line())
+    for step in range(-90, 91):
+        picture[250 + step, 480 + step] = DARK
+    end, reasons = finder.find(picture)
+    assert end.method == "region"
+    assert_is_at(end, 480, 280, 40)
+    assert reasons is IngotReason.NONE
 
 
 @pytest.mark.parametrize("side", [-1, 1])

@@ -2,8 +2,11 @@
 
 import numpy as np
 import pytest
+from skimage.filters import threshold_otsu
 
 from vision.edges.binary import denoised
+from vision.edges.operators import detect_edges
+from vision.edges.thinning import ridges
 from vision.geometry.robust_line import robust_line
 from vision.sizing.virtual_board.boundaries_of_interest import boundaries_of_interest, hot_mask
 from vision.sizing.virtual_board.parameters import PRINTED_PARAMETERS, SERVED_PARAMETERS, Parameters
@@ -61,6 +64,18 @@ def test_the_higher_beta_the_fewer_edges_and_at_the_served_one_all_above_half_of
     counted = [pixels(beta) for beta in (60, 120, 240, 250)]
     assert counted[0] > counted[1] > counted[2] >= counted[3] > 0
     assert counted[2] < 0.85 * counted[1]
+
+
+@pytest.mark.parametrize("beta", [120.0, 240.0])
+def test_beta_is_held_against_strengths_whose_otsu_level_lies_at_240(beta):
+    picture = ramped_picture()
+    edges = detect_edges((picture / 255).astype(np.float32), "sobel")
+    thin = ridges(edges.strength, edges.normal_rad)
+    level = threshold_otsu(np.rint(255 * thin[thin > 0] / thin.max()).astype(np.uint8)) / 255 * thin.max()
+    kept = boundaries_of_interest(picture, None, "sobel", Parameters(beta=beta, least_neighbours=0)).thin.astype(bool)
+    off = 1.5 / 255 * thin.max()  # the level is a code of 256
+    assert kept[thin > beta / 240 * level + off].all()
+    assert not kept[thin < beta / 240 * level - off].any()
 
 
 def test_alpha_is_the_factor_on_otsus_threshold_of_the_picture():
