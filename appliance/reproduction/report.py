@@ -16,9 +16,11 @@ SUBJECT = (
 )
 WITHOUT_THE_PLANT = (
     "The plant's own videos are not published. What they alone can show is not imitated: figures 3.1, 3.2, 3.5, 3.18 "
-    "to 3.21, 3.23, 3.24, 6.1 to 6.11 (scenes of the plant), and the reading of a laser that was the dissertation's "
-    "truth. Here truth is what was drawn; scenes are those of the simulated mill, which shares no code with what is "
-    "measured."
+    "to 3.21, 3.23, 3.24, 6.1 to 6.11 (scenes of the plant), and the plant's diameters, its truth. Here truth is what "
+    "was drawn; scenes are those of the simulated mill, which shares no code with what is measured. Figures 3.3 to "
+    "3.14, edges in pictures, stand with our own scenes in docs/methods/edges.md. A case is drawn from its seed: the "
+    "same release gives the same figures, times excepted. ± is a standard error, a finding is confirmed or "
+    "contradicted where its difference is more than two of them, and intervals of shares are of 95 %."
 )
 QUICK = "Quick: a few cases of each experiment; sampling errors are large."
 STYLE = """

@@ -30,15 +30,15 @@ def run(case):
     forest, record = train(SceneSource(), case["seed"], PATCHES, "", lambda *_: None, criterion=case["criterion"])
     options = EdgeOptions(forest=forest)
     scenes = [(name, FIRST_SCENE + scene) for scene in range(SCENES) for name in CONDITIONS]
-    judged, rows = {name: [] for name in CONDITIONS}, 0
+    judged, rows = {name: [] for name in CONDITIONS}, dict.fromkeys(CONDITIONS, 0)
     for name, scene in scenes:
         setup, pair = _drawn(name, scene)
         for side in ("left", "right"):
             bar = upright.rendered(setup, pair, side)
             judged[name].append(_judged(bar, detect_edges(bar.colour, options)))
-            rows += bar.limbs_px.shape[1]
+            rows[name] += bar.limbs_px.shape[1]
     whole = [one for some in judged.values() for one in some]
-    near = np.sum([one["near"] for one in whole], axis=0) / (2 * rows)
+    near = np.sum([one["near"] for one in whole], axis=0) / (2 * sum(rows.values()))
     step = int(np.flatnonzero(near >= WANTED_FOUND)[-1])
     return {
         "nodes": record.nodes,
@@ -46,8 +46,7 @@ def run(case):
         "threshold": round(float(THRESHOLDS[step]), 4),
         "spread_px": round(float(np.mean([one["spread_px"] for one in whole])), 4),
         "rows_with_a_false_edge": {
-            name: round(sum(one["false"][step] for one in some) / (rows / len(CONDITIONS)), 4)
-            for name, some in judged.items()
+            name: round(sum(one["false"][step] for one in some) / rows[name], 4) for name, some in judged.items()
         },
     }
 
