@@ -54,7 +54,7 @@ def share(part: int, whole: int) -> str:
     """
     if not whole:
         return "0 of 0"
-    low, high = (100 * bound for bound in share_interval(part, whole))
+    low, high = (100 * min(max(bound, 0.0), 1.0) for bound in share_interval(part, whole))
     return f"{part} of {whole} ({low:.0f} to {high:.0f} %)"
 
 

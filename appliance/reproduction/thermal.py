@@ -98,7 +98,7 @@ def _served(served: list[Any]) -> str:
     both = np.concatenate(served)
     off = both[:, 0] - DIAMETER_MM
     inside = share(int(np.sum(np.abs(off) <= both[:, 1])), len(off))
-    return f"Served: error within U in {inside} frames, RMSE against the truth {rms_with_error(list(off))} mm."
+    return f"Served: error within U in {inside}, RMSE against the truth {rms_with_error(list(off))} mm."
 
 
 def _video(line: ThermalLine, seed: int) -> tuple[list[Picture], list[Picture]]:
@@ -124,11 +124,11 @@ def _findings(found: Sequence[Result]) -> list[str]:
         return [float(reduce(b[:, figure]) - reduce(a[:, figure])) for a, b in both if a.size and b.size]
 
     said = (
-        ("the homography lowers sigma, rows counted (2 below 1, there by 0.66 mm)", less(1, 2, 1)),
-        ("it lowers sigma in the local area (4 below 3, there by 1.90 mm)", less(1, 4, 3)),
-        ("experiment 4 has the least sigma (below 2, there by 1.58 mm)", less(1, 4, 2)),
-        ("experiment 4 has the least RMSE (below 2, there by 0.16 mm)", less(0, 4, 2)),
-        ("experiment 3 has the largest RMSE (above 1, there by 0.97 mm)", less(0, 1, 3)),
+        ("The homography lowers sigma, rows counted (2 below 1, there by 0.66 mm)", less(1, 2, 1)),
+        ("It lowers sigma in the local area (4 below 3, there by 1.90 mm)", less(1, 4, 3)),
+        ("Experiment 4 has the least sigma (below 2, there by 1.58 mm)", less(1, 4, 2)),
+        ("Experiment 4 has the least RMSE (below 2, there by 0.16 mm)", less(0, 4, 2)),
+        ("Experiment 3 has the largest RMSE (above 1, there by 0.97 mm)", less(0, 1, 3)),
     )
     return [f"{text}: {verdict(by_mm)}, {mean_with_error(by_mm, '+.2f')} mm here." for text, by_mm in said]
 
