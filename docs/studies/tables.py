@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from camera_tables import CAMERA_TABLES
 from edge_tables import EDGE_TABLES
 from results import Rows, Summary, length, lengths, percent, summary
 
@@ -376,5 +377,6 @@ TABLES: dict[str, Callable[[], Rows]] = {
     "route V uncertainty": route_v_uncertainty,
     "ingots elsewhere": ingots_elsewhere,
     "ingots": ingots,
+    **CAMERA_TABLES,
     **EDGE_TABLES,
 }

@@ -16,6 +16,7 @@ from appliance.cameras.genicam.trigger import CONTROL_PORT, action_packet
 pytestmark = pytest.mark.waiting
 
 PAIRS = 60
+CLOCK_WITHIN_S = 0.04  # a period; the fake camera stamps when it begins to send
 
 
 def test_pairs_that_count_were_exposed_together_whether_they_run_freely_or_are_fired():
@@ -35,6 +36,19 @@ def test_an_action_command_is_the_packet_of_the_standard():
     """Key 0x42, no flags, command 0x0100 (ACTION_CMD), 12 bytes, its number; then both keys and the mask."""
     expected = bytes([0x42, 0, 1, 0, 0, 12, 0x12, 0x34]) + struct.pack(">III", 0x486F7467, 1, 1)
     assert action_packet(0x1234) == expected
+
+
+def test_a_scheduled_action_command_carries_the_moment_by_the_cameras_clock():
+    """Flag 0x80 (scheduled), 20 bytes: the moment in ns, 64 bits, is the last of them (GigE Vision 2.0)."""
+    moment_ns = 1_790_000_000_123_456_789
+    expected = bytes([0x42, 0x80, 1, 0, 0, 20, 0x12, 0x34]) + struct.pack(">IIIQ", 0x486F7467, 1, 1, moment_ns)
+    assert action_packet(0x1234, moment_ns) == expected
+
+
+def test_the_cameras_clock_is_known_from_its_pictures():
+    found = gige_cameras.scenario("own_clock", timeout=60)
+    assert found["before_the_first_picture"] is None
+    assert found["ahead_of_the_true_clock_s"] == pytest.approx(0.0, abs=CLOCK_WITHIN_S)
 
 
 LISTENER = """

@@ -115,6 +115,7 @@ class Device:
         self._complete_s = self._measured_s = time.monotonic()
         self._incomplete = 0
         self._gone = False
+        self._ahead_s: float | None = None  # of the camera's clock before this computer's
         self._temperature_c = math.nan
         try:
             self._camera = Aravis.Camera.new(_device_of(serial))
@@ -177,6 +178,10 @@ class Device:
         if not self._camera.is_gv_device():
             return ""
         return str(self._camera.get_device().get_interface_address().get_address().to_string())
+
+    def own_clock_s(self) -> float | None:
+        """What the camera's clock shows now, as its newest picture tells; None before the first."""
+        return None if self._ahead_s is None else time.monotonic() + self._ahead_s
 
     def fire(self) -> None:
         """Expose now, a camera whose trigger is Software; one that is gone says so by its pictures."""
@@ -285,6 +290,7 @@ class Device:
         moment_s = self._clock.moment_s(Arrival(arrived_s, now_s - asked_s, stamp_s, None, 0.0))
         if moment_s is None:
             return None
+        self._ahead_s = stamp_s - moment_s
         return Exposure(picture, self._number, round(1e6 * stamp_s), moment_s, self._exposure_us(buffer))
 
     def _exposure_us(self, buffer: Any) -> float:

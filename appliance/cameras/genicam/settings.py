@@ -2,10 +2,11 @@
 
 import contextlib
 from collections.abc import Generator
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
+from appliance.cameras.genicam.trigger import ACTION
 from appliance.cameras.section import PairCamera, PictureCamera
 from appliance.settings.section import Box, Section, unit
 
@@ -63,6 +64,11 @@ class GenicamSection(Section):
         """Whether the camera keeps its clock in step with another's."""
         return False
 
+    @property
+    def ahead_s(self) -> float:
+        """How long before the exposure an action command is sent; 0: the camera exposes when it arrives."""
+        return 0.0
+
 
 class GenicamCamera(PairCamera, GenicamSection):
     """GenICam cameras."""
@@ -76,10 +82,30 @@ class GenicamCamera(PairCamera, GenicamSection):
         "switched on where a camera has it",
     )
 
+    scheduled_ms: float = Field(
+        default=0.0,
+        ge=0,
+        le=1000,
+        description="How long before the exposure an action command is sent; it carries the moment by the cameras' "
+        "common clock, so that a busy computer or network does not shift it; 0: cameras expose when it arrives",
+        json_schema_extra=unit("ms"),
+    )
+
+    @model_validator(mode="after")
+    def _schedules_with_a_clock(self) -> Self:
+        if self.scheduled_ms and not (self.common_clock and self.trigger == ACTION):
+            raise ValueError(f'scheduled_ms needs trigger = "{ACTION}" and common_clock = true')
+        return self
+
     @property
     def wants_ptp(self) -> bool:
         """Whether the cameras keep their clocks in step."""
         return self.common_clock
+
+    @property
+    def ahead_s(self) -> float:
+        """How long before the exposure an action command is sent."""
+        return self.scheduled_ms / 1000
 
     @property
     def in_words(self) -> str:

@@ -128,4 +128,14 @@ def _fire(devices: Sequence[Device], settings: GenicamSection, opened: contextli
     elif settings.trigger == ACTION:
         command = ActionCommand(device.card for device in devices)
         opened.callback(command.close)
-        opened.callback(Firing(command.send, settings.rate_hz).close)
+
+        def fire_all() -> None:
+            command.send(_moment_ns(devices[0], settings.ahead_s) if settings.ahead_s else None)
+
+        opened.callback(Firing(fire_all, settings.rate_hz).close)
+
+
+def _moment_ns(device: Device, ahead_s: float) -> int | None:
+    """When the next exposure is due by the cameras' clock; None until a picture has shown that clock."""
+    shown_s = device.own_clock_s()
+    return None if shown_s is None else round(1e9 * (shown_s + ahead_s))

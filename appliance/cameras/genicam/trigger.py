@@ -7,9 +7,10 @@ import threading
 import time
 from collections.abc import Callable, Iterable
 
-# ACTION_CMD of GigE Vision 2.0: key of commands, flags, command, length, number; device key, group key, group mask
-ACTION_PACKET = struct.Struct(">BBHHHIII")
-PACKET_KEY, NO_FLAGS, ACTION_COMMAND, ACTION_LENGTH = 0x42, 0, 0x0100, 12
+# ACTION_CMD of GigE Vision 2.0: key of commands, flags, command, length, number; device key, group key, group mask, and
+# of a scheduled one the moment in ns by the cameras' clock
+PACKET_HEAD, KEYS, MOMENT = struct.Struct(">BBHHH"), struct.Struct(">III"), struct.Struct(">Q")
+PACKET_KEY, NO_FLAGS, SCHEDULED_FLAG, ACTION_COMMAND = 0x42, 0, 0x80, 0x0100
 CONTROL_PORT = 3956
 ALL_ON_THE_NETWORK = "255.255.255.255"
 DEVICE_KEY, GROUP_KEY, GROUP_MASK = 0x486F7467, 1, 1  # chosen: what the cameras are told to listen for
@@ -65,12 +66,19 @@ class ActionCommand:
             sender.bind((card, 0))  # a broadcast leaves through the card that has the sender's address (ip(7))
             self._sockets.append(sender)
 
-    def send(self) -> None:
-        """Have all cameras expose now; a network that is down is told by the pictures that do not come."""
+    def send(self, moment_ns: int | None = None) -> None:
+        """Have all cameras expose; a network that is down shows by the pictures that do not come.
+
+        Parameters
+        ----------
+        moment_ns : int, optional
+            By the cameras' common clock; now unless given.
+        """
         self._number = self._number % LAST_NUMBER + 1
+        packet = action_packet(self._number, moment_ns)
         for sender in self._sockets:
             with contextlib.suppress(OSError):
-                sender.sendto(action_packet(self._number), (ALL_ON_THE_NETWORK, CONTROL_PORT))
+                sender.sendto(packet, (ALL_ON_THE_NETWORK, CONTROL_PORT))
 
     def close(self) -> None:
         """Let go of the sockets."""
@@ -78,14 +86,16 @@ class ActionCommand:
             sender.close()
 
 
-def action_packet(number: int) -> bytes:
+def action_packet(number: int, moment_ns: int | None = None) -> bytes:
     """Bytes of an action command that wants no answer.
 
     Parameters
     ----------
     number : int
         Of the command, 1 to 65535.
+    moment_ns : int, optional
+        When the cameras shall expose, by their clock; when the command arrives unless given.
     """
-    return ACTION_PACKET.pack(
-        PACKET_KEY, NO_FLAGS, ACTION_COMMAND, ACTION_LENGTH, number, DEVICE_KEY, GROUP_KEY, GROUP_MASK
-    )
+    body = KEYS.pack(DEVICE_KEY, GROUP_KEY, GROUP_MASK) + (b"" if moment_ns is None else MOMENT.pack(moment_ns))
+    flags = NO_FLAGS if moment_ns is None else SCHEDULED_FLAG
+    return PACKET_HEAD.pack(PACKET_KEY, flags, ACTION_COMMAND, len(body), number) + body

@@ -254,7 +254,19 @@ def told_features():
     return found
 
 
+def own_clock():
+    """What a camera's clock is taken to show, beside the wall clock by which a fake camera stamps."""
+    with fake_camera(LEFT), contextlib.closing(Device(LEFT, settings())) as opened:
+        before = opened.own_clock_s()
+        until_s = time.monotonic() + SETTLED_S
+        while time.monotonic() < until_s:
+            opened.take(0.1)
+        shown_s = opened.own_clock_s()
+        return {"before_the_first_picture": before, "ahead_of_the_true_clock_s": shown_s - time.time()}
+
+
 SCENARIOS = (
+    own_clock,
     told_features,
     pairs,
     fired_pairs,

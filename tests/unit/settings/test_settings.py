@@ -86,6 +86,10 @@ def test_a_conveyor_takes_a_single_camera_and_what_check_config_shows_can_be_loa
             "[sizing.camera]\nrate_hz = 5",
             ("sizing.camera.kind", "missing", '"genicam" or "mill" or "oak" or "recording" or "stream"'),
         ),
+        (
+            '[sizing.camera]\nkind = "genicam"\nleft = "1"\nright = "2"\ntrigger = "Action1"\nscheduled_ms = 20',
+            ('scheduled_ms needs trigger = "Action1" and common_clock = true',),
+        ),
         ('[sizing.camera]\nkind = "recording"', ("sizing.camera.path", "missing", "a path")),
         ('[sizing.camera]\nkind = "mill"\nrate_hz = 0', ("sizing.camera.rate_hz = 0", "above 0 up to 60 1/s")),
         ('[sizing.camera]\nkind = "mill"\nrate_hz = nan', ("sizing.camera.rate_hz = nan", "above 0 up to 60")),
@@ -167,7 +171,8 @@ REQUIRED = {
     ("sizing.camera.kind", "conveyor, stream"): 'sizing.camera.address = "a"\n',
     ("sizing.camera.kind", "tangent, stream"): 'sizing.camera.left = "a"\nsizing.camera.right = "b"\n',
     ("sizing.camera.kind", "conveyor, genicam"): 'sizing.camera.serial = "1"\n',
-    ("sizing.camera.kind", "tangent, genicam"): 'sizing.camera.left = "1"\nsizing.camera.right = "2"\n',
+    ("sizing.camera.kind", "tangent, genicam"): 'sizing.camera.left = "1"\nsizing.camera.right = "2"\n'
+    'sizing.camera.trigger = "Action1"\nsizing.camera.common_clock = true\n',  # which scheduled_ms needs
     ("ingot.camera.kind", "genicam"): 'ingot.camera.serial = "1"\n',
     ("ingot.camera.kind", "stream"): 'ingot.camera.address = "a"\n',
 }
