@@ -152,7 +152,7 @@ def _findings(videos: Sequence[Sequence[Sequence[Any]]]) -> list[str]:
         (
             "One reference top is one pattern. The simulated mill's tops differ in the number, depth and course of "
             "their wrinkles, so many are more like the smooth reference; the dissertation's were like its own (table "
-            "6.1). Which is a mill's case, `hotgauge compare` tells from its own pictures."
+            "6.1). Which is a mill's case, hotgauge compare tells from its own pictures."
         ),
         (
             f"The served network compares what it learned of tops and bottoms: accuracy "

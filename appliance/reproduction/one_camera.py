@@ -218,6 +218,7 @@ def _figure(axes: Any, found: Sequence[Result], offset_mm: dict[str, float]) -> 
             values = [np.nan if error is None else error for error in errors]
             label = "as printed, with scale" if corrupt else "as printed, without scale"
             axes.plot(range(1, len(values) + 1), values, ".-", color=colour, linewidth=0.8, label=label)
+    axes.set_yscale("symlog", linthresh=TOLERANCE_MM)
     axes.set(xlabel="window along the bar", ylabel="compensated error, mm")
 
 

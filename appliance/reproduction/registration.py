@@ -139,7 +139,7 @@ def _verdict(found: Sequence[Result]) -> str:
     told = f"best of the features, {NAMES[best]}, {share(*counts[0])} pairs; virtual board {share(*counts[1])}"
     apart = share_interval(*counts[0])[1] < share_interval(*counts[1])[0]
     agreed = "confirmed" if apart else "contradicted" if counts[0] >= counts[1] else "not decided by so few"
-    return f"The dissertation rejects features for this baseline without figures; {agreed}: {told}."
+    return f"The dissertation rejects features for this baseline without figures: {agreed}, {told}."
 
 
 def _on_plane(camera: TrueCamera, region: Region, bar: Bar, height_mm: float) -> Points:

@@ -107,6 +107,15 @@ def test_canny_s_own_smoothing_has_a_variance_of_two_pixels_squared():
     assert away**2 @ response.sum(axis=1) == pytest.approx(2.0, abs=0.02)
 
 
+@pytest.mark.parametrize(("share", "found"), [(0.043, False), (0.058, True)])
+def test_canny_s_gradient_is_the_root_of_the_squares_on_an_oblique_edge_too(share, found):
+    """An edge at 45 degrees beside an upright one, the steepest: a sum of both parts would be 1.4 times as large."""
+    row, column = np.mgrid[:128, :160]
+    picture = np.where(column >= 24, 0.8, 0.0) - 0.8 * share * (column - row > 40)
+    edges = detect_edges(picture.astype(np.float32), "canny").strength
+    assert bool(edges[40:90, 70:140].any()) == found
+
+
 def test_canny_follows_an_edge_down_to_a_fiftieth_of_the_steepest_gradient():
     """Upright edge whose step falls from 20 % to nothing of the other's, which is the steepest, with its rows."""
     picture = np.zeros((200, 96), np.float32)
