@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.cluster.vq import kmeans2
 from skimage.filters import threshold_otsu
 
 from vision.edges.binary import denoised
@@ -114,6 +115,23 @@ def test_k_means_splits_a_window_s_points_into_left_and_right():
     assert np.nanmax(first.column) == 31.0
     assert np.nanmin(second.column) == 89.0
     assert np.isfinite(first.column).sum() == np.isfinite(second.column).sum() == 40
+
+
+def test_windows_are_split_as_scipy_s_k_means_does_from_the_outermost_columns():
+    rng = np.random.default_rng(8)
+    columns = rng.exponential(20, (40, 12))
+    rows = np.tile(np.arange(12.0), (40, 1))
+    first, second = two_sides(WindowPoints(rows, columns))
+    moved = 0
+    for window, (column, row) in enumerate(zip(columns, rows, strict=True)):
+        points = np.column_stack([column, row])
+        start = points[[column.argmin(), column.argmax()]]
+        _, label = kmeans2(points, start, iter=20, minit="matrix")
+        assert np.isfinite(first.column[window]).tolist() == (label == 0).tolist()
+        assert np.isfinite(second.column[window]).tolist() == (label == 1).tolist()
+        nearest = np.linalg.norm(points[:, None] - start, axis=-1).argmin(axis=1)
+        moved += np.any(nearest != label)
+    assert moved > 10
 
 
 def test_points_below_the_last_whole_window_are_left_out():
