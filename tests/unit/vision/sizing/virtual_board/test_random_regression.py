@@ -119,8 +119,8 @@ def test_k_means_splits_a_window_s_points_into_left_and_right():
 
 def test_windows_are_split_as_scipy_s_k_means_does_from_the_outermost_columns():
     rng = np.random.default_rng(8)
-    columns = rng.exponential(20, (40, 12))
-    rows = np.tile(np.arange(12.0), (40, 1))
+    columns = rng.exponential(20, (400, 12))
+    rows = np.tile(np.arange(12.0), (400, 1))
     first, second = two_sides(WindowPoints(rows, columns))
     moved = 0
     for window, (column, row) in enumerate(zip(columns, rows, strict=True)):
