@@ -56,7 +56,7 @@ def edges_near(pair: AlignedPair, methods: Sequence[Method]) -> dict[str, EdgesN
 def _columns(outline: BarOutline, rows: int) -> NDArray[np.float64]:
     """Columns of both edges in each row, shape (2, rows)."""
     lines = [np.polyfit(edge[:, 1], edge[:, 0], 1) for edge in (outline.first, outline.second)]
-    return np.array([np.polyval(line, np.arange(rows)) for line in lines])
+    return np.array([np.polyval(line, np.arange(rows)) for line in lines], dtype=np.float64)
 
 
 def _counted(picture: NDArray[np.uint8], columns: NDArray[np.float64]) -> EdgesNear:

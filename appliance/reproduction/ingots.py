@@ -260,7 +260,7 @@ def _classified(title: str, videos: Sequence[Sequence[Sequence[Any]]]) -> list[T
     ]
 
 
-def _figures(counts: Confusion | None) -> list[float | None]:
+def _figures(counts: Confusion | None) -> Sequence[float | None]:
     if counts is None:
         return [None] * 5
     return [figure(kind) for kind in LABELS for figure in (counts.precision, counts.recall)] + [counts.accuracy]
