@@ -17,7 +17,7 @@ TEXT = (
     "covered_standard_error: over the rigs, all of whose values share a calibration."
 )
 CONDITIONS = ("clean", "scale", "post", "haze")
-SEEDS = 24
+SEEDS = 16
 
 
 def cases():
