@@ -101,6 +101,7 @@ def test_nothing_hot_on_an_empty_line_or_under_glare_alone(finder):
         ({"y": 330.0, "length": 2.4}, IngotReason.HANGING),  # on end, in full view
         ({"y": 420.0}, IngotReason.OUTSIDE),  # cut by the lower side
         ({"x": 390.0}, IngotReason.OUTSIDE),  # cut by the left side
+        ({"x": 574.0, "radius": 34.0}, IngotReason.OUTSIDE),  # whole, beside where centroids may be
         ({"radius": 28.0}, IngotReason.TOO_SMALL),
         ({"radius": 70.0, "y": 320.0}, IngotReason.TOO_LARGE),
         ({"lean": 40.0, "length": 1.8}, IngotReason.TILTED),
