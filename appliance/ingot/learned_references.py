@@ -2,10 +2,13 @@
 
 In the folder of the references, `learned/000001/` holds `top.png`, `bottom.png` and `learned.json`, which says where
 the pair comes from; `learned/current.json` holds the number of the pair in use. 0 is the commissioned pair.
+`learned/confirmed.npz` holds the ends that were confirmed last, `tops` and `bottoms`, oldest first, so that those of
+one recording, or of one start of the station, count in the next: an operator's recording shows ends of one kind.
 """
 
 import json
 import operator
+import zipfile
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Literal
@@ -18,11 +21,14 @@ from appliance.cameras.recording.picture_file import read_picture
 from appliance.cameras.source import CameraError
 from appliance.errors import HotgaugeError
 from appliance.files.atomic_file import whole_file, whole_place
+from vision.ingot.classifiers.similarity import SIZE
 
 Picture = NDArray[np.uint8]
 Pair = tuple[Picture, Picture]
+Ends = tuple[list[Picture], list[Picture]]
 
-FOLDER, CURRENT = "learned", "current.json"
+FOLDER, CURRENT, CONFIRMED = "learned", "current.json", "confirmed.npz"
+CONFIRMED_KINDS = ("tops", "bottoms")
 NAMES = ("top.png", "bottom.png")
 COMMISSIONED = 0  # number of the pair that nobody learned
 
@@ -156,3 +162,54 @@ def keep(references: Path, pictures: Pair, learned: Learned) -> int:
         json.dump(asdict(learned), file)
     use(references, number)
     return number
+
+
+def read_confirmed(references: Path) -> Ends:
+    """Tops and bottoms; none where none was confirmed.
+
+    Raises
+    ------
+    LearnedReferencesError
+        The file is no file of ours.
+    """
+    file = references / FOLDER / CONFIRMED
+    try:
+        with np.load(file, allow_pickle=False) as stored:
+            tops, bottoms = (np.asarray(stored[kind]) for kind in CONFIRMED_KINDS)
+    except FileNotFoundError:
+        return [], []
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        raise _damaged(file) from error
+    if any(ends.shape[1:] != (SIZE, SIZE) or ends.dtype != np.uint8 for ends in (tops, bottoms)):
+        raise _damaged(file)
+    return list(tops), list(bottoms)
+
+
+def _damaged(file: Path) -> LearnedReferencesError:
+    return LearnedReferencesError(f"{file}: no confirmed ends in it; delete the file to confirm others")
+
+
+def keep_confirmed(references: Path, ends: Ends) -> None:
+    """Write tops and bottoms.
+
+    Parameters
+    ----------
+    references : Path
+    ends : tuple of list of ndarray of uint8, shape (64, 64)
+
+    Raises
+    ------
+    OSError
+        The folder cannot be written.
+    """
+    (references / FOLDER).mkdir(exist_ok=True)
+    arrays = {
+        kind: np.array(of, np.uint8).reshape(-1, SIZE, SIZE) for kind, of in zip(CONFIRMED_KINDS, ends, strict=True)
+    }
+    with whole_place(references / FOLDER / CONFIRMED) as place, place.open("wb") as file:
+        np.savez(file, allow_pickle=False, **arrays)
+
+
+def forget_confirmed(references: Path) -> None:
+    """Forget them, as after a way back, or they would bring back what was learned from them; raises `OSError`."""
+    (references / FOLDER / CONFIRMED).unlink(missing_ok=True)

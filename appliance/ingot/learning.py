@@ -8,7 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from appliance.cameras.pacing import utc_ms
-from appliance.ingot.learned_references import Learned, current_number, keep, pair
+from appliance.ingot.learned_references import (
+    Learned,
+    current_number,
+    keep,
+    keep_confirmed,
+    pair,
+    read_confirmed,
+)
 from appliance.ingot.reader_setup import comparison_of
 from appliance.ingot.settings import IngotSettings
 from vision.ingot.agreement import Agreement
@@ -49,10 +56,10 @@ class Learning:
             pair(references, self._number),
             settings.classifier,
             comparison_of(settings.comparison),
+            confirmed=read_confirmed(references),
         )
         self._agreement = Agreement()
         self._told = 0  # ingot that the operator's word was used for
-        self._confirmed_ends = {"top": 0, "bottom": 0}
         self._learned = 0
 
     def add(
@@ -77,14 +84,15 @@ class Learning:
         Raises
         ------
         OSError
-            The new pair cannot be written.
+            The confirmed end or the new pair cannot be written.
         """
         kind = self._confirmed(reading, current)
         if kind is None:
             return False
-        self._confirmed_ends[kind] += 1
         end = End(reading.center_x, reading.center_y, reading.radius, "region")
-        if not self._learner.add(end_image(picture, end), is_top=kind == "top"):
+        better = self._learner.add(end_image(picture, end), is_top=kind == "top")
+        keep_confirmed(self._references, self._learner.confirmed)
+        if not better:
             return False
         learned = Learned(
             kind=kind,
@@ -100,11 +108,10 @@ class Learning:
     @property
     def line(self) -> str:
         """What was learned, as a line for a person."""
-        tops, bottoms = self._confirmed_ends.values()
-        least = LearningRule().least
+        rule, (tops, bottoms) = LearningRule(), self._learner.confirmed
         return (
-            f"  {self._learned} references learned from {tops} confirmed tops and {bottoms} bottoms "
-            f"(at least {least} of each are needed)"
+            f"  {self._learned} references learned; {len(tops)} confirmed tops and {len(bottoms)} bottoms are kept "
+            f"(at least {rule.least} of each are needed, the last {rule.remembered} count)"
         )
 
     def _confirmed(self, reading: OrientationReading, current: IngotDecision | None) -> Literal["top", "bottom"] | None:

@@ -6,6 +6,7 @@ of them well, one that it takes for the other kind becomes no reference, and som
 wrong confirmation now and then changes nothing.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -56,6 +57,8 @@ class ReferenceLearner:
     comparison : Comparison
         How similarities with the references are computed, as for `OrientationReader`.
     rule : LearningRule, optional
+    confirmed : tuple of sequence of ndarray of uint8, optional
+        Tops and bottoms that were confirmed before, oldest first.
 
     Attributes
     ----------
@@ -69,7 +72,9 @@ class ReferenceLearner:
         current: tuple[Picture, Picture],
         classifier: ClassifierName,
         comparison: Comparison = USUAL_COMPARISON,
+        *,
         rule: LearningRule | None = None,
+        confirmed: tuple[Sequence[Picture], Sequence[Picture]] = ((), ()),
     ) -> None:
         ends = as_reference(commissioned[0]), as_reference(commissioned[1])
         self.current = as_reference(current[0]), as_reference(current[1])
@@ -77,7 +82,16 @@ class ReferenceLearner:
         self._comparison = comparison
         self._rule = rule or LearningRule()
         self._judge = FaceJudge(self.current, classifier, comparison)
-        self._confirmed = {is_top: [_judged(self._judge, end)] for end, is_top in zip(ends, (True, False), strict=True)}
+        self._confirmed = {
+            is_top: [_judged(self._judge, one) for one in (end, *before)]
+            for is_top, end, before in zip((True, False), ends, confirmed, strict=True)
+        }
+
+    @property
+    def confirmed(self) -> tuple[list[Picture], list[Picture]]:
+        """Tops and bottoms that were confirmed last, oldest first, without the commissioned ones."""
+        tops, bottoms = ([one.image for one in self._confirmed[is_top][1:]] for is_top in (True, False))
+        return tops, bottoms
 
     def add(self, image: Picture, *, is_top: bool) -> bool:
         """Take a confirmed ingot into account.

@@ -35,13 +35,16 @@ def add_orient(command: argparse.ArgumentParser) -> None:
         help="keep better references in DIR/learned, from ingots whose pictures agree, or which all show that end",
     )
     command.add_argument(
-        "--use", type=int, metavar="NUMBER", help="first use that pair of DIR/learned again; 0: top.png and bottom.png"
+        "--use",
+        type=int,
+        metavar="NUMBER",
+        help="first use that pair of DIR/learned again and forget confirmed ends; 0: top.png and bottom.png",
     )
     add_config(command)
 
 
 def run_orient(given: argparse.Namespace) -> None:
-    from appliance.ingot.learned_references import use
+    from appliance.ingot.learned_references import forget_confirmed, use
     from appliance.ingot.orient_recording import ingots_file, orient_recording
 
     refuse_other_formats(given.output)
@@ -55,6 +58,7 @@ def run_orient(given: argparse.Namespace) -> None:
     try:
         if given.use is not None:
             use(given.references, given.use)
+            forget_confirmed(given.references)
         lines = orient_recording(
             given.recording, given.references, given.output, settings, plot=given.plot, learn=given.learn
         )

@@ -122,12 +122,24 @@ def references(recordings, tmp_path):
     return tmp_path
 
 
-def test_learning_from_one_ingot_says_that_it_is_too_little_and_changes_nothing(recording, references, capsys):
+def test_learning_from_one_ingot_says_that_it_is_too_little_and_keeps_the_end_for_the_next(
+    recording, references, capsys
+):
     before = {path.name: path.read_bytes() for path in references.iterdir()}
-    assert orient(recording, references, references / "out.jsonl", "--learn", "bottom") == 0
-    assert "0 references learned from 0 confirmed tops and 1 bottoms (at least 4" in capsys.readouterr().out
+    for kept in (1, 2):
+        assert orient(recording, references, references / "out.jsonl", "--learn", "bottom") == 0
+        assert f"0 references learned; 0 confirmed tops and {kept} bottoms are kept (at" in capsys.readouterr().out
     assert {name: (references / name).read_bytes() for name in before} == before
-    assert not (references / "learned").exists()
+    assert [path.name for path in (references / "learned").iterdir()] == ["confirmed.npz"]
+    assert orient(recording, references, references / "out.jsonl", "--use", 0, "--learn", "bottom") == 0
+    assert "0 confirmed tops and 1 bottoms" in capsys.readouterr().out
+
+
+def test_confirmed_ends_that_cannot_be_read_are_told_in_a_sentence(recording, references, capsys):
+    (references / "learned").mkdir()
+    (references / "learned" / "confirmed.npz").write_bytes(b"PK no archive")
+    assert orient(recording, references, references / "out.jsonl", "--learn") == 2
+    assert "confirmed.npz: no confirmed ends in it; delete the file" in capsys.readouterr().err
 
 
 def test_a_pair_that_nobody_learned_cannot_be_used(recording, references, capsys):
