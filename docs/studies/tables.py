@@ -283,13 +283,14 @@ def route_v_uncertainty() -> Rows:
     """U of route V with every edge detector."""
     rows = [
         (
-            *(name, f"{found['values']} of {found['frames']}"),
-            f"{percent(found['covered'], 1)} ± {percent(found['covered_standard_error'], 1)}",
-            *(length(found[one]) for one in ("rmse_mm", "worst_mm", "median_expanded_mm")),
+            *(name, f"{found['values']} of {found['frames']}", percent(found["covered"])),
+            *(length(found[one]) for one in ("rmse_mm", "median_expanded_mm", "rms_from_forest_mm")),
+            percent(found["most_from_forest_of_u"]),
         )
         for name, found in summary("route_v_uncertainty").items()
     ]
-    return [("edges", "values", "error within U", "RMSE mm", "worst mm", "median U mm"), *rows]
+    columns = ("error within U", "RMSE mm", "median U mm", "from the forest's, RMS mm", "at most, of U")
+    return [("edges", "values", *columns), *rows]
 
 
 def ingots_elsewhere() -> Rows:

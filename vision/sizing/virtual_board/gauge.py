@@ -119,8 +119,8 @@ class VirtualBoardGauge:
     def _has_uncertainty(self) -> bool:
         """Whether U was shown to hold of these choices: as served, by any detector with its own numbers, unfused.
 
-        docs/studies/route_v_uncertainty.json. A fused picture has lost which edge was whose, so errors of more than
-        10 mm occur that nothing in it shows (docs/methods/fusion.md).
+        docs/studies/virtual_board.json and, of the other detectors, route_v_uncertainty.json. A fused picture has lost
+        which edge was whose, so errors of more than 10 mm occur that nothing in it shows (docs/methods/fusion.md).
         """
         usual = self._edges == EdgeOptions(method=self._edges.method)
         as_served = self.corrections == CORRECTED and self._parameters == SERVED_PARAMETERS
