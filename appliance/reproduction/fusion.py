@@ -230,7 +230,7 @@ def _ranks(results: Sequence[tuple[Case, Result]], mean: dict[str, list[float | 
         which = "ahead of" if np.mean(by) > 0 else "behind"
         frames = sum(ahead(one) > 0 for _, one in results)
         told.append(
-            f"{symbol}: the dissertation's best is {NAMES[theirs]}; {verdict(by)}: {which} {NAMES[rival]} by "
+            f"{symbol}: the dissertation's best is {NAMES[theirs]}: {verdict(by)}, {which} {NAMES[rival]} by "
             f"{mean_with_error(_sized(by), '.3g')}, better in {frames} of "
             f"{len(results)} frames."
         )
