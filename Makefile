@@ -31,7 +31,7 @@ unit: kernels
 
 # compiled once, so that two processes of tests do not both do it
 kernels: $(VENV)/installed-dev
-	PYTHONPATH=$(TEST_PATH) $(BIN)/python -m compile_kernels
+	$(BIN)/python -m appliance.service.compiled_code
 
 lint: $(VENV)/installed-dev
 	$(BIN)/ruff check .
@@ -77,6 +77,7 @@ packages:
 
 $(VENV)/installed: $(BIN)/python pyproject.toml constraints.txt
 	$(PIP_INSTALL) -e '.[page,plots]'  # README's examples draw, and people look
+	$(BIN)/python -m appliance.service.compiled_code
 	@touch $@
 
 $(VENV)/installed-dev: $(BIN)/python pyproject.toml constraints.txt

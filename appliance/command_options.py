@@ -1,6 +1,8 @@
-"""Options of commands, for the rooms that have options of their own: the error of a wrong one, the choice of a name."""
+"""Options of commands, for the rooms that have options of their own: what is wrong with one, names, numbers."""
 
+import argparse
 import difflib
+import math
 from collections.abc import Sequence
 from typing import TypeVar
 
@@ -35,3 +37,28 @@ def one_of(known: Sequence[NameT], name: str, option: str) -> NameT:
     near = difflib.get_close_matches(name, known, n=1)
     advice = f"did you mean {near[0]}?" if near else "there are " + ", ".join(known)
     raise CommandError(f"{option}: there is no {name}; {advice}")
+
+
+def number_within(text: str, least: float, most: float, unit: str) -> float:
+    """Number of an option.
+
+    Parameters
+    ----------
+    text : str
+    least, most : float
+        Bounds.
+    unit : str
+        Plural, for the sentence that refuses.
+
+    Raises
+    ------
+    ArgumentTypeError
+        The text is no number, or out of bounds.
+    """
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not least <= number <= most:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number of {unit} from {least:g} to {most:g}")
+    return number

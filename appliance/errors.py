@@ -43,3 +43,17 @@ call raises `ValueError` or `TypeError`, and data that show no bar raise nothing
 
 class HotgaugeError(Exception):
     """Trouble that a person can mend; its message is the sentence that the person reads."""
+
+
+def reading_advice(error: OSError, otherwise: str) -> str:
+    """What to do about a file that cannot be read, as the end of a sentence that says which and why.
+
+    Parameters
+    ----------
+    error : OSError
+    otherwise : str
+        Advice where the file is neither kept from this user nor a folder.
+    """
+    if isinstance(error, PermissionError):
+        return "let this user read it"
+    return "give a file, not a folder" if isinstance(error, IsADirectoryError) else otherwise

@@ -4,12 +4,15 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from appliance.archives.parts import Rows
+from appliance.files.columns import FileColumn
 from appliance.files.parquet import write_parquet
 
+RECORDING = FileColumn("recording", "", None, "its path below the folder that was given; stands before the others")
+ERROR = FileColumn("error", "", None, "why a recording could not be measured: its only row; stands behind the others")
 COUNTS = ("frame", "windows_kept", "windows_total", "time_us", "bar", "bar_number", "bar_frames")
 KINDS = {
     **dict.fromkeys(COUNTS, "integer"),
-    **dict.fromkeys(("recording", "method", "decision", "error"), "text"),
+    **dict.fromkeys((RECORDING.name, "method", "decision", ERROR.name), "text"),
     "valid": "truth",
     "reasons": "texts",
 }
@@ -33,5 +36,5 @@ def write_archive(output: Path, columns: Sequence[str], recordings: Iterable[tup
     OSError
         The file cannot be written.
     """
-    kinds = {column: KINDS.get(column, "number") for column in ("recording", *columns, "error")}
-    write_parquet(output, kinds, ({"recording": name, **row} for name, rows in recordings for row in rows))
+    kinds = {column: KINDS.get(column, "number") for column in (RECORDING.name, *columns, ERROR.name)}
+    write_parquet(output, kinds, ({RECORDING.name: name, **row} for name, rows in recordings for row in rows))

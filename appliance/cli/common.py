@@ -4,8 +4,10 @@ import argparse
 import contextlib
 import logging
 import math
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from pathlib import Path
+
+from appliance.command_options import CommandError
 
 MOST_DIGITS = 18  # of a number that counts something
 
@@ -29,6 +31,13 @@ def progress(unit: str) -> Generator[Callable[[int, int], None]]:
         yield show
 
 
+def refuse_no_region(region: Sequence[float]) -> None:
+    """Raise `CommandError` unless `--region` names a finite length, its smaller end first."""
+    first_mm, last_mm = region
+    if not -math.inf < first_mm < last_mm < math.inf:
+        raise CommandError(f"--region: from {first_mm:g} to {last_mm:g} is no region; give the smaller number first")
+
+
 def positive_number(text: str) -> int:
     return _whole(text, 1)
 
@@ -41,28 +50,3 @@ def _whole(text: str, least: int) -> int:
     if not (text.isascii() and text.isdigit() and len(text) <= MOST_DIGITS and int(text) >= least):
         raise argparse.ArgumentTypeError(f"{text!r} is no whole number from {least}")
     return int(text)
-
-
-def number_within(text: str, least: float, most: float, unit: str) -> float:
-    """Number of an option.
-
-    Parameters
-    ----------
-    text : str
-    least, most : float
-        Bounds.
-    unit : str
-        Plural, for the sentence that refuses.
-
-    Raises
-    ------
-    ArgumentTypeError
-        The text is no number, or out of bounds.
-    """
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not least <= number <= most:
-        raise argparse.ArgumentTypeError(f"{text!r} is no number of {unit} from {least:g} to {most:g}")
-    return number

@@ -6,6 +6,7 @@ import importlib.metadata
 import io
 import logging
 import os
+import re
 import sys
 import textwrap
 import traceback
@@ -46,10 +47,22 @@ class _Parser(argparse.ArgumentParser):
         words = message.replace("\n", " ").removeprefix("argument ")
         for kind, meaning in (("int", "whole number"), ("float", "number")):
             words = words.replace(f"invalid {kind} value: ", f"no {meaning}: ")
-        settings = [word for word in words.split() if word.endswith(".toml")]
-        if settings and words.startswith("unrecognized arguments: "):
-            words += f"; settings are given as --config {settings[0]}"
+        words = words.replace("expected 2 arguments", "expected 2 arguments, with a blank between them")
+        if decimal := re.search(r"'(-?\d+),(\d+)'", words):
+            words += f"; decimals have a point: {decimal[1]}.{decimal[2]}"
         self.exit(EXIT_TROUBLE, f"hotgauge: {words}; see `{self.prog} --help`\n")
+
+    def refuse(self, unknown: Sequence[str], command: str) -> NoReturn:
+        """End with a sentence about words that the command does not know."""
+        words = " ".join(unknown).replace("\n", " ")
+        settings = [word for word in unknown if word.endswith(".toml")]
+        if command == "check-config" and "--config" in unknown:
+            advice = "give the file alone: hotgauge check-config FILE"
+        elif settings:
+            advice = f"settings are given as --config {settings[0]}"
+        else:
+            advice = "options begin with dashes, and a name with blanks stands in quotes"
+        self.exit(EXIT_TROUBLE, f"hotgauge: {command} knows no {words}; {advice}; see `hotgauge {command} --help`\n")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -65,14 +78,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         Exit code: 0 done, 1 a check of `doctor` has failed, 2 error, 130 interrupted.
     """
+    _open_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a terminal that is not UTF-8 shows escapes for what it lacks
             stream.reconfigure(errors="backslashreplace")
     words = list(sys.argv[1:] if arguments is None else arguments)
     verbose = False
     try:
-        _check_command(words[:1])
-        given = parser().parse_args(words)
+        given = _parsed(words)
         verbose = given.verbose
         if given.quiet:
             logging.getLogger("hotgauge").setLevel(logging.WARNING)
@@ -89,18 +102,40 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _give_up_output()
         return 0
     except OSError as error:
-        if error.filename is not None:
-            _say(f"{error.filename}: {error.strerror}; check the path and its permissions")
-            return EXIT_TROUBLE
-        _give_up_output()
-        _say(f"the output cannot be written: {error.strerror}; make room, or write elsewhere")
+        _say_what_the_system_says(error)
         return EXIT_TROUBLE
     return exit_code or 0
+
+
+def _open_closed_streams() -> None:
+    """Lead standard streams that were closed (`>&-`) to nowhere; else the next file opened would get their numbers."""
+    for name in ("stdin", "stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, io.TextIOWrapper(io.BufferedRandom(io.FileIO(os.devnull, "r+"))))
+
+
+def _parsed(words: Sequence[str]) -> argparse.Namespace:
+    _check_command(words[:1])
+    whole = parser()
+    given, unknown = whole.parse_known_args(words)
+    if unknown:
+        whole.refuse(unknown, given.command)
+    return given
 
 
 def _say(sentence: str) -> None:
     """Print one line, even if a file's name has several."""
     print("hotgauge: " + sentence.replace("\n", "\\n").replace("\r", "\\r"), file=sys.stderr)
+
+
+def _say_what_the_system_says(error: OSError) -> None:
+    if error.filename is not None:
+        _say(f"{error.filename}: {error.strerror}; check the path and its permissions")
+    elif isinstance(error, FileNotFoundError):
+        _say("the folder that this shell is in is no longer there; change to another one")
+    else:
+        _give_up_output()
+        _say(f"the output cannot be written: {error.strerror}; make room, or write elsewhere")
 
 
 def _give_up_output() -> None:
@@ -117,7 +152,7 @@ def _check_command(words: Sequence[str]) -> None:
         raise CommandError(f"there is no command {word}; {advice}")
 
 
-def parser() -> argparse.ArgumentParser:
+def parser() -> _Parser:
     """Make the parser of all commands."""
     whole = _Parser(prog="hotgauge", description="Measures hot rolled bars and serves the PLC.")
     whole.add_argument("--version", action="version", version=f"hotgauge {importlib.metadata.version('hotgauge')}")
@@ -134,7 +169,7 @@ def parser() -> argparse.ArgumentParser:
             epilog="\n".join(["examples:", *(f"  {example}" for example in EXAMPLES.get(name, ()))]),
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
-        command.set_defaults(run=run)
+        command.set_defaults(run=run, command=name)
         add_arguments(command)
     return whole
 

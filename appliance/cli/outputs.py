@@ -10,6 +10,7 @@ INPUT_NAMES = frozenset(
     {"board.json", "roi.json", "timestamps.csv", "truth.csv", "truth.json", "truth_rig.json", "top.png", "bottom.png"}
 )
 INPUT_SUFFIXES = frozenset({".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".mp4", ".mkv", ".avi", ".mov"})
+PICTURE_FOLDERS = frozenset({"left", "right", "calibration", "registration"})
 ROW_SUFFIXES = frozenset({"", ".csv", ".jsonl", ".json", ".ndjson", ".txt"})
 
 
@@ -55,12 +56,46 @@ def refuse_unwritable(output: Path, option: str = "--output") -> None:
         raise CommandError(f"{option}: {output}: there is no folder {folder}; make it, or give another file")
     if output.is_dir():
         raise CommandError(f"{option}: {output} is a folder; give the name of a file in it")
+    if output.exists() and not output.is_file():
+        raise CommandError(f"{option}: {output} is a device or a pipe; give the name of a file")
     if not os.access(folder, os.W_OK):
         raise CommandError(f"{option}: {folder} is not writable; give a file in a writable folder")
 
 
+def refuse_plots_among_inputs(plots: Path | None, inputs: Iterable[Path | None]) -> None:
+    """Raise `CommandError` for a folder of plots that holds pictures which the command reads.
+
+    Plots would replace pictures of the same names, and count as pictures of the recording the next time.
+
+    Parameters
+    ----------
+    plots : Path or None
+        Folder that `--plot` names; None without plots.
+    inputs : iterable of Path or None
+        Recordings, folders of pictures and pictures; None for one that was not given.
+
+    Raises
+    ------
+    CommandError
+        The folder is a recording, one of its folders of pictures, or the folder of a picture; or it is a file.
+    """
+    if plots is None:
+        return
+    if plots.exists() and not plots.is_dir():
+        raise CommandError(f"--plot: {plots} is a file; give a folder, which is made if it is missing")
+    place = plots.resolve()
+    for given in inputs:
+        if given is None or not given.exists():
+            continue
+        folder = given.resolve() if given.is_dir() else given.resolve().parent
+        if place == folder or (place.parent == folder and place.name.lower() in PICTURE_FOLDERS):
+            raise CommandError(f"--plot: {plots} holds pictures that this command reads; give another folder")
+
+
 def refuse_other_formats(output: Path) -> None:
-    """Raise `CommandError` for a name that promises neither CSV nor JSON lines."""
+    """Raise `CommandError` for a name that promises neither CSV nor JSON lines, or is nothing but a suffix."""
+    if output.name in ROW_SUFFIXES:
+        raise CommandError(f"--output: {output} is a suffix without a name; give a name before it")
     if output.suffix.lower() not in ROW_SUFFIXES or output.name == "-":
         raise CommandError(f"--output: {output} is neither CSV nor JSON lines; let its name end in .csv or .jsonl")
 

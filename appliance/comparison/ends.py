@@ -78,7 +78,7 @@ def compared_ends(rows: Sequence[dict[str, Any]], truth: Mapping[int, EndTruth])
     found = [(true, row) for true, row in placed if row["present"]]
     elsewhere = [1 for true, row in seen if row["present"] and not true.present and true.state not in _ON_LINE]
     decisions = [
-        Decided(row["orientation"], row["first_frame"], row["decided_frame"])
+        Decided(row["orientation"], row["first_frame"], row.get("decided_frame"))
         for row in rows
         if row.get("ingot") is not None
     ]

@@ -1,6 +1,7 @@
 """Replaces files whole: after a crash, a power cut or on a full disk the old file or the new one is there."""
 
 import contextlib
+import errno
 import os
 import tempfile
 from collections.abc import Generator
@@ -14,6 +15,8 @@ FILE_MODE = 0o644  # all users may read it; `mkstemp` alone would give 0o600
 def whole_place(path: Path, mode: int = FILE_MODE) -> Generator[Path]:
     """A place to write a file at, which gets its name only when all of it is on the disk.
 
+    Behind a link its target is replaced. A folder, a device or a pipe is never replaced.
+
     Parameters
     ----------
     path : Path
@@ -25,8 +28,13 @@ def whole_place(path: Path, mode: int = FILE_MODE) -> Generator[Path]:
     OSError
         It cannot be written; the error names `path`, not the place that nobody has asked for.
     """
+    target = path.resolve()
+    if target.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+    if target.exists() and not target.is_file():
+        raise OSError(errno.EINVAL, "Is a device or a pipe and no file", str(path))
     try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+        handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{path.name}.")
     except OSError as error:
         raise OSError(error.errno, error.strerror, str(path)) from error
     temporary = Path(name)
@@ -34,7 +42,7 @@ def whole_place(path: Path, mode: int = FILE_MODE) -> Generator[Path]:
         os.fchmod(handle, mode)
         yield temporary
         os.fsync(handle)
-        temporary.replace(path)
+        temporary.replace(target)
     finally:
         os.close(handle)
         temporary.unlink(missing_ok=True)

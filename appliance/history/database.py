@@ -6,7 +6,7 @@ A commit is on the disk when it returns (`synchronous = FULL`): neither `kill -9
 import contextlib
 import sqlite3
 import time
-from collections.abc import Sequence
+from collections.abc import Generator, Sequence
 from pathlib import Path
 
 from appliance.history.schema import migrate
@@ -25,6 +25,15 @@ _DAMAGE = {sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB}
 def is_damage(error: sqlite3.Error) -> bool:
     """Whether an error says that the file itself is damaged, and not that it cannot be reached or written."""
     return (getattr(error, "sqlite_errorcode", 0) & 0xFF) in _DAMAGE
+
+
+@contextlib.contextmanager
+def undecodable_is_damage() -> Generator[None]:
+    """Raise the `sqlite3.DatabaseError` that SQLite meant where Python cannot decode its message of damaged bytes."""
+    try:
+        yield
+    except UnicodeDecodeError as error:
+        raise damage("what it says of its tables is damaged") from error
 
 
 def open_to_write(file: Path) -> sqlite3.Connection:

@@ -6,7 +6,7 @@ from collections.abc import Generator, Iterator
 from datetime import datetime
 from pathlib import Path
 
-from appliance.history.database import FILE_NAME
+from appliance.history.database import FILE_NAME, undecodable_is_damage
 from appliance.history.schema import HistoryError, check_readable
 from appliance.history.tables import Table, Value
 
@@ -94,9 +94,10 @@ class History:
         names = [column.name for column in table.columns]
         words = f"SELECT {', '.join(names)} FROM {table.name} WHERE {condition} ORDER BY {order or table.time}"
         try:
-            cursor = self._connection.execute(words, values)
-            while rows := cursor.fetchmany(ROWS_AT_ONCE):
-                yield from (dict(zip(names, row, strict=True)) for row in rows)
+            with undecodable_is_damage():
+                cursor = self._connection.execute(words, values)
+                while rows := cursor.fetchmany(ROWS_AT_ONCE):
+                    yield from (dict(zip(names, row, strict=True)) for row in rows)
         except sqlite3.Error as error:
             raise HistoryError(f"{self._file}: {error}; start the gauge, which sets a damaged file aside") from error
 
@@ -121,7 +122,8 @@ def open_to_read(folder: Path) -> Generator[History]:
     connection: sqlite3.Connection | None = None
     try:
         connection = sqlite3.connect(f"{file.absolute().as_uri()}?mode=ro", uri=True)
-        check_readable(connection, str(file))
+        with undecodable_is_damage():
+            check_readable(connection, str(file))
         yield History(connection, file)
     except sqlite3.Error as error:
         raise HistoryError(f"{file}: {error}; read it as the user of the service, or start the gauge") from error

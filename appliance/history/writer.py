@@ -116,7 +116,8 @@ class HistoryWriter:
     def _try(self) -> bool:
         """Write what waits; whether that could be done."""
         try:
-            self._write_waiting()
+            with database.undecodable_is_damage():
+                self._write_waiting()
         except sqlite3.Error as error:
             self._close()
             if database.is_damage(error):

@@ -69,6 +69,8 @@ def current_number(references: Path) -> int:
     LearnedReferencesError
         `current.json` is no file of ours.
     """
+    if references.exists() and not references.is_dir():
+        raise LearnedReferencesError(f"{references}: is a file; give the folder with top.png and bottom.png")
     file = references / FOLDER / CURRENT
     try:
         return operator.index(json.loads(file.read_text(encoding="utf-8"))["number"])
@@ -97,9 +99,10 @@ def pair(references: Path, number: int) -> Pair:
     try:
         top, bottom = (read_picture(folder / name).shown for name in NAMES)
     except CameraError as error:
-        if number:
+        if number and number not in history(references):
+            learned = ", ".join(map(str, history(references))) or "none"
             raise LearnedReferencesError(
-                f"{error}; learned pairs are {history(references)}, 0 the first one"
+                f"{references / FOLDER}: there is no pair {number}; learned are {learned}, 0 is the commissioned one"
             ) from error
         raise LearnedReferencesError(str(error)) from error
     return top, bottom

@@ -68,7 +68,7 @@ def _read_until(settings: IngotSettings, link: StationLink, closed: threading.Ev
                 link.send(fault("recording_over", str(error)))
         except CameraError as error:
             link.send(fault(error.fault, str(error)))
-        except (ReferencesError, LearnedReferencesError) as error:
+        except ReferencesError as error:
             link.send(fault("references_unusable", str(error)))
         closed.wait(RETRY_PAUSE_S)
 
@@ -109,10 +109,14 @@ def _read(
 
 
 def _learning(settings: IngotSettings) -> Learning | None:
-    """What learns references; None where nothing is to be learned, or the references have no folder."""
+    """What learns references; None where nothing is to be learned, the references have no folder, or it is damaged."""
     if not settings.learn or settings.references is None:
         return None
-    return Learning(settings.references, settings, "agreement")
+    try:
+        return Learning(settings.references, settings, "agreement")
+    except LearnedReferencesError as error:  # costs what could be learned, not the readings
+        logger.warning("references are not learned until the station starts again: %s", error)
+        return None
 
 
 def _rows(number: int, reading: OrientationReading) -> list[Row]:

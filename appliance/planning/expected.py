@@ -142,7 +142,9 @@ def _gauge(rig: TrueRig, ovality_mm: float | None) -> TimedGauge[SizeReading]:
             seen.calibration, seen.low, seen.high, board, rig.left.image_size, region_y_mm=rig.region_y_mm
         )
     except (ValueError, CalibrationError) as error:
-        raise PlanError(f"no board of 8 x 5 squares of 50 mm calibrates this mounting ({error})") from error
+        raise PlanError(
+            f"no board of 8 x 5 squares of 50 mm calibrates this mounting ({error}); give another lens or distance"
+        ) from error
     return pair_gauge(found.rig, "planned rig", ovality_mm)
 
 

@@ -40,6 +40,7 @@ PRINTED_SIMILARITY = {  # largest, least, mean: table 6.1
     "top-2": (0.9021, 0.6802, 0.7901),
 }
 LABELS: tuple[Label, Label] = ("top", "bottom")
+LINES = ("ingot_line", "ingot_line_b")  # recordings with truth that may be judged as well
 ITSELF = 0.9999  # a similarity above it is an end's with itself: the reference's own picture is left out
 MILL_SEED = 50_000  # of the one line that all videos show
 
@@ -60,7 +61,7 @@ class IngotEnds(Experiment):
             for place, count in enumerate(counts)
             for video in range(count)
         ]
-        for line in ("ingot_line", "ingot_line_b") if self._recordings is not None else ():
+        for line in LINES if self._recordings is not None else ():
             folder = Path(str(self._recordings)) / line
             told += [{"set": line, "video": path.name, "label": ""} for path in sorted(folder.glob("seq*"))]
         return told
@@ -155,7 +156,7 @@ def _findings(videos: Sequence[Sequence[Sequence[Any]]]) -> list[str]:
             "6.1). Which is a mill's case, hotgauge compare tells from its own pictures."
         ),
         (
-            f"The served network compares what it learned of tops and bottoms: accuracy "
+            f"The served network, beside both references of the line: accuracy "
             f"{mean_with_error(accuracy['relief'], '.3f')}."
         ),
     ]

@@ -12,7 +12,7 @@ from appliance.files.atomic_file import whole_file
 from appliance.reproduction.boards import Boards
 from appliance.reproduction.experiment import Case, Experiment, Result
 from appliance.reproduction.fusion import FusedViews
-from appliance.reproduction.ingots import IngotEnds
+from appliance.reproduction.ingots import LINES, IngotEnds
 from appliance.reproduction.one_camera import OneCamera
 from appliance.reproduction.registration import Registration
 from appliance.reproduction.report import write_report
@@ -77,10 +77,12 @@ def reproduce(
     Raises
     ------
     ReproductionError
-        The folder holds results of another plan, or cannot be written.
+        The folder holds results of another plan, or cannot be written; or `recordings` holds none.
     PlotsMissingError
         Matplotlib is not installed.
     """
+    if recordings is not None and not any((recordings / line).is_dir() for line in LINES):
+        raise ReproductionError(f"{recordings}: holds no recordings of ingots, {' or '.join(LINES)}; give their folder")
     try:
         folder = _prepared(output, Plan(quick, "" if recordings is None else str(recordings.resolve())))
         results = [_Results(folder, experiment, quick) for experiment in experiments(recordings)]

@@ -4,14 +4,15 @@ The appliance runs without a file, with the defaults. Unknown keys are refused.
 """
 
 import difflib
+import re
 import tomllib
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
-from appliance.errors import HotgaugeError
+from appliance.errors import HotgaugeError, reading_advice
 from appliance.settings.masking import mask
 from appliance.settings.table import Kind, SettingRow, as_toml, table
 
@@ -20,7 +21,18 @@ class SettingsError(HotgaugeError):
     """The settings file cannot be used; the message names file, key, what is wrong and what is allowed."""
 
 
+_COMMA = re.compile(r"=[ \t]*(-?\d+),(\d+)")  # of a number as Germans write it
+
 RootT = TypeVar("RootT", bound=BaseModel)
+
+
+def _values(text: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        if decimal := _COMMA.search(text):
+            raise ValueError(f"{error}; decimals have a point: {decimal[1]}.{decimal[2]}") from error
+        raise
 
 
 def load(path: Path | None, root: type[RootT]) -> RootT:
@@ -45,12 +57,15 @@ def load(path: Path | None, root: type[RootT]) -> RootT:
     if path is None:
         return root()
     try:
-        values = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        text = path.read_text(encoding="utf-8-sig")
+        values = _values(text)
         return root.model_validate(values, context={"folder": path.parent})
     except OSError as error:
-        raise SettingsError(f"{path}: {error.strerror}; give an existing TOML file") from error
+        raise SettingsError(
+            f"{path}: {error.strerror}; {reading_advice(error, 'give an existing TOML file')}"
+        ) from error
     except UnicodeDecodeError as error:
-        raise SettingsError(f"{path}: not a text in UTF-8; give a TOML file") from error
+        raise SettingsError(f"{path}: not a text in UTF-8; save it in that encoding") from error
     except ValidationError as error:
         raise SettingsError(
             f"{path}: " + "; ".join(mask(_sentence(detail, root)) for detail in error.errors())

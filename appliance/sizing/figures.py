@@ -21,7 +21,7 @@ def figure_class() -> Any:  # its stubs leave most argument types open
         from matplotlib.figure import Figure  # noqa: PLC0415  takes 200 ms, which only plots need
     except ImportError as error:
         raise PlotsMissingError(
-            "--plot: plots need Matplotlib, which is not installed; install it with: pip install matplotlib"
+            "plots need Matplotlib, which is not installed; install it with: pip install matplotlib"
         ) from error
     return Figure
 

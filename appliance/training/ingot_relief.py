@@ -57,13 +57,34 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=STEPS)
     parser.add_argument("--output", type=Path, default=MODEL)
     given = parser.parse_args()
+    write(trained(given.lines, given.steps), given.output)
+
+
+def trained(lines: int, steps: int) -> Layers:
+    """Layers as the command gives them; on one computer, with one thread, always the same.
+
+    Parameters
+    ----------
+    lines, steps : int
+    """
     rng = np.random.default_rng(SEED)
     layers = first_layers(rng)
-    train(layers, drawn(given.lines), given.steps, rng)
+    train(layers, drawn(lines), steps, rng)
+    return layers
+
+
+def write(layers: Layers, output: Path) -> None:
+    """Write a model; the same layers give the same bytes.
+
+    Parameters
+    ----------
+    layers : list of (weights, bias)
+    output : Path
+    """
     arrays = {
         f"{kind}{number}": one for number, pair in enumerate(layers) for kind, one in zip("Wb", pair, strict=True)
     }
-    np.savez(given.output, allow_pickle=False, **arrays)
+    np.savez(output, allow_pickle=False, **arrays)
 
 
 def drawn(lines: int) -> list[RenderedLine]:

@@ -10,7 +10,7 @@ from collections import defaultdict
 from pathlib import Path
 from typing import NamedTuple
 
-from appliance.errors import HotgaugeError
+from appliance.errors import HotgaugeError, reading_advice
 
 COLUMNS = ("bar", "condition", "diameter_mm")
 DEVIATIONS_OF_TOLERANCE = 6  # AIAG: 6 standard deviations against the tolerance's width
@@ -134,10 +134,15 @@ def read_cells(file: Path) -> Cells:
     cells: Cells = defaultdict(list)
     try:
         with file.open(newline="", encoding="utf-8-sig") as text:
-            for row in csv.DictReader(text):
+            rows = csv.DictReader(text)
+            if any(";" in name for name in rows.fieldnames or ()):
+                raise StudyError(
+                    f"{file}: its cells are parted by semicolons; save it with commas, and decimals with points"
+                )
+            for row in rows:
                 cells[row["bar"], row["condition"]].append(float(row["diameter_mm"]))
     except OSError as error:
-        raise StudyError(f"{file}: {error.strerror}; give an existing CSV file") from error
+        raise StudyError(f"{file}: {error.strerror}; {reading_advice(error, 'give an existing CSV file')}") from error
     except KeyError as error:
         raise StudyError(f"{file}: has no column {error.args[0]}; it needs the columns {', '.join(COLUMNS)}") from error
     except (ValueError, TypeError, csv.Error) as error:

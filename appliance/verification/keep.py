@@ -1,5 +1,6 @@
 """Verifications in the history: read the earlier ones, add the new one."""
 
+import contextlib
 import sqlite3
 from datetime import UTC, datetime
 from pathlib import Path
@@ -61,10 +62,7 @@ def keep(found: Verification, when: datetime, words: dict[str, str], folder: Pat
     }
     file = folder / database.FILE_NAME
     try:
-        connection = database.open_to_write(file)
-        try:
+        with database.undecodable_is_damage(), contextlib.closing(database.open_to_write(file)) as connection:
             database.write(connection, [Row("verifications", values)])
-        finally:
-            connection.close()
     except (sqlite3.Error, OSError) as error:
         raise HistoryError(f"{file}: {error}; verify as the user of the service") from error

@@ -3,6 +3,7 @@
 import logging
 from pathlib import Path
 
+from appliance.archives.parquet import ERROR, RECORDING
 from appliance.conformity.thermal_expansion import GRADES
 from appliance.delivery.alert_rules import rules_file
 from appliance.diagnostics.alarms import ALARMS
@@ -14,6 +15,7 @@ from appliance.ingot.frame_rows import INGOT_COLUMNS
 from appliance.settings.table import table
 from appliance.simulation.bars.study_scenes import CONDITIONS
 from appliance.simulation.ingots.conditions import INGOT_CONDITIONS
+from appliance.sizing.conveyor.plots import EXPERIMENT_COLUMNS
 from appliance.sizing.reading_rows import FRAME_COLUMNS
 from appliance.sizing.set_points import STEELS
 from appliance.supervisor.settings import Settings
@@ -141,13 +143,25 @@ def grades() -> str:
 
 
 def outputs() -> str:
-    """Columns of the files that measure and orient write."""
+    """Columns of the files that commands write."""
     intro = (
-        "Keys of the JSON lines and columns of the CSV that commands write. What does not exist is null, or an empty "
+        "Keys of the JSON lines and columns of the CSV that commands write; those of `hotgauge export` stand in "
+        "[history](history.md), those of `hotgauge poll` are names of [registers](registers.md), in CSV with "
+        "`written_` before what the PLC has set. What does not exist is null, or an empty "
         "cell; flags are a list, in CSV joined by `;`; true and false are `true` and `false`."
     )
     parts = [
         ("hotgauge measure", "One row for each frame.", FRAME_COLUMNS),
+        (
+            "hotgauge measure, a folder of recordings",
+            "`NAME.parquet`: one row for each frame of each recording, with two columns more than those above.",
+            (RECORDING, ERROR),
+        ),
+        (
+            "hotgauge measure, plots of the conveyor method",
+            "`experiments.csv` in the folder of `--plot`: one row for each frame that an experiment could size.",
+            EXPERIMENT_COLUMNS,
+        ),
         (
             "hotgauge orient, frames",
             "One row for each frame: JSON lines with the key `frame`, or `NAME.csv`.",
@@ -163,7 +177,7 @@ def outputs() -> str:
         "#" + _document(title, text, ("column", "unit", "text"), [(f"`{c.name}`", c.unit, c.text) for c in columns])
         for title, text, columns in parts
     ]
-    return f"# Files of measure and orient\n\n{intro}\n\n" + "\n".join(tables)
+    return f"# Files that commands write\n\n{intro}\n\n" + "\n".join(tables)
 
 
 def history() -> str:

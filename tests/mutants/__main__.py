@@ -1,141 +1,114 @@
-"""Draws mutants and runs the tests that concern their modules: `python -m mutants FOLDER --count N --seed S`.
+"""Draws mutants and runs the tests that execute their lines: `python -m mutants FOLDER --map MAP --count N --seed S`.
 
-`python -m mutants --audit` runs those of `audit.toml` instead, one for each step of the dissertation, and writes
-`audit.md`.
-Works in a copy of the repository. Prints one line for each mutant; those that survive are written as JSON lines, to be
-judged by a person: a gap in the tests, or code that says the same.
+Works in a copy of the repository; MAP is written by `python -m mutants.executed`. Prints one line for each mutant; the
+outcomes are written as JSON lines. Those that survive are judged by a person: a gap in the tests, or code that says the
+same.
 """
 
 import argparse
 import ast
+import collections
 import json
 import os
-import shutil
-import subprocess
-import sys
 import tempfile
 import time
+from functools import cache
 from pathlib import Path
 
-from mutants import audit
+from mutants.copies import copied, run_tests
 from mutants.drawn import Mutant, drawn
+from mutants.executed import Executed
 
-ROOT = Path(__file__).parents[2]
-LONGEST_S = 300.0
-FILES_MOST = 8  # of tests for one mutant, unless given
-NOT_COPIED = shutil.ignore_patterns(".git", ".venv*", ".pytest_cache")
-ROOMS_OF_TESTS = ("tests/unit", "tests/system/modbus", "tests/accuracy")
+NEAR = 15  # tests that are run first: most mutants end there
+MOST = 60  # tests for one mutant
+MOST_SECONDS = 25.0  # of all its tests together, where no mutant is in their way
+PATIENCE = 8.0  # times as long may they take, on a computer that does other things too
+START_S = 120.0
 
 
-def imports_of(file: Path) -> set[str]:
-    """Modules that a file of tests names."""
-    found: set[str] = set()
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            found |= {one.name for one in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            found |= {node.module, *(f"{node.module}.{one.name}" for one in node.names)}
+def chosen(executed: Executed, mutant: Mutant, *, all_of_them: bool = False) -> list[str]:
+    """Tests for a mutant: of files that import its module first, then the shortest; bounded in number and seconds.
+
+    Of a line that runs on import, all tests of files that import its module are among them.
+    """
+    tests = executed.by(mutant.file, mutant.line)
+    module = mutant.file.removesuffix(".py").replace("/", ".")
+    importing = {file for file in executed.files if _imports(executed.copy / file, module)}
+    if mutant.line not in executed.lines.get(mutant.file, {}):
+        tests = tests | {test for test in executed.seconds if test.partition("::")[0] in importing}
+    found, total_s = list[str](), 0.0
+    for test in sorted(tests, key=lambda test: (test.partition("::")[0] not in importing, executed.seconds[test])):
+        total_s += executed.seconds[test]
+        if found and not all_of_them and (total_s > MOST_SECONDS or len(found) == MOST):
+            break
+        found.append(test)
     return found
 
 
-def concerning(root: Path, module: str, most: int) -> list[str]:
-    """Files of tests for a module: those that import it, then those that import what imports it, nearest first."""
-    names = {
-        _module(file, root): file for part in ("vision", "plc", "appliance") for file in (root / part).rglob("*.py")
-    }
-    users = {name: imports_of(file) & names.keys() for name, file in names.items()}
-    tests = {file: imports_of(file) for room in ROOMS_OF_TESTS for file in sorted((root / room).rglob("test_*.py"))}
-    kit = {file.stem: imports_of(file) & names.keys() for file in (root / "tests" / "kit").rglob("*.py")}
-    reached, found = {module}, dict[Path, None]()
-    while reached and len(found) < most:
-        helpers = {name for name, used in kit.items() if used & reached}
-        near = [file for file, used in tests.items() if used & (reached | helpers)]
-        unit_first = sorted(near, key=lambda file: _room(file.relative_to(root)))
-        found |= dict.fromkeys(unit_first)
-        before = reached
-        reached = reached | {name for name, used in users.items() if used & reached}
-        if reached == before:
-            break
-    return [str(file.relative_to(root)) for file in list(found)[:most]]
+@cache
+def _imports(file: Path, module: str) -> bool:
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module in {module, module.rpartition(".")[0]}:
+            names = {f"{node.module}.{one.name}" for one in node.names}
+            if node.module == module or module in names:
+                return True
+    return False
 
 
-def _room(file: Path) -> int:
-    return next(place for place, room in enumerate(ROOMS_OF_TESTS) if file.is_relative_to(room))
-
-
-def _module(file: Path, root: Path) -> str:
-    return ".".join(file.relative_to(root).with_suffix("").parts).removesuffix(".__init__")
-
-
-def outcome(copy: Path, mutant: Mutant, tests: list[str], too_long: str = "killed") -> str:
-    """`killed`, `survived`, `no test`, or what is said of tests that do not end in time."""
-    if not tests:
-        return "no test"
-    file = copy / mutant.file
+def outcome(executed: Executed, mutant: Mutant, *, all_of_them: bool = False) -> tuple[str, str, int]:
+    """`killed`, `survived`, `no test` or `unclear`, by which test, of how many."""
+    tests = chosen(executed, mutant, all_of_them=all_of_them)
+    file = executed.copy / mutant.file
     kept, times = file.read_text(encoding="utf-8"), file.stat()
+    anew = mutant.file.startswith("vision") and ("njit" in kept or not _is_indented(kept, mutant.line))
     file.write_text(mutant.source, encoding="utf-8")
-    words = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *tests]
-    environment = os.environ | {"PYTHONPATH": str(copy), "PYTHONDONTWRITEBYTECODE": "1"}
     try:
-        done = subprocess.run(words, cwd=copy, env=environment, capture_output=True, timeout=LONGEST_S, check=False)
-    except subprocess.TimeoutExpired:
-        return too_long
+        for batch in filter(None, (tests[:NEAR], tests[NEAR:])):
+            limit_s = START_S * (3 if anew else 1) + PATIENCE * sum(executed.seconds[test] for test in batch)
+            ending = run_tests(executed.copy, batch, limit_s, compile_anew=anew)
+            if ending.code != 0:
+                killed = ending.failed or ending.code is None or ending.code < 0  # a test, the limit, or a crash
+                return ("killed" if killed else "unclear"), ending.failed, len(tests)
     finally:
         file.write_text(kept, encoding="utf-8")
         os.utime(file, ns=(times.st_atime_ns, times.st_mtime_ns))  # numba compiles anew what looks younger
-    return "survived" if done.returncode == 0 else "killed"
+    return ("survived" if tests else "no test"), "", len(tests)
 
 
-def run_audit() -> None:
-    """Outcomes of the mutants by name, written to `audit.md`; without a mutant all of their tests pass."""
-    rows: list[tuple[audit.Named, str]] = []
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder) / "copy"
-        shutil.copytree(ROOT, copy, ignore=NOT_COPIED)
-        passing: set[tuple[str, ...]] = set()
-        for one in audit.named(copy):
-            unchanged = one.mutant._replace(source=(copy / one.mutant.file).read_text(encoding="utf-8"))
-            if one.tests not in passing and outcome(copy, unchanged, [*one.tests], "too long") != "survived":
-                raise SystemExit(f"{', '.join(one.tests)}: fail without a mutant")
-            passing.add(one.tests)
-            found = outcome(copy, one.mutant, [*one.tests], "too long")
-            rows.append((one, found))
-            print(f"{found:9}{one.item}: {one.change}", flush=True)
-    audit.FILE.with_suffix(".md").write_text(audit.table(rows), encoding="utf-8")
+def _is_indented(text: str, line: int) -> bool:
+    return text.splitlines()[line - 1].startswith(" ")
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m mutants", description=__doc__)
-    parser.add_argument("folder", nargs="?", default="vision", help="vision, plc or appliance, or a folder below")
+    parser.add_argument("folder", help="vision, plc or appliance, or a folder below")
+    parser.add_argument("--map", type=Path, required=True, help="folder that `python -m mutants.executed` has filled")
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--files", type=int, default=FILES_MOST, help="most files of tests for one mutant")
     parser.add_argument("--for", type=float, default=1e9, dest="seconds", help="no new mutant after so many seconds")
-    parser.add_argument("--audit", action="store_true", help="the mutants by name in place of drawn ones")
-    parser.add_argument("--output", type=Path, help="JSON lines of all outcomes; what is there is continued")
+    parser.add_argument("--output", type=Path, required=True, help="JSON lines of outcomes; what is there is continued")
+    parser.add_argument("--again", action="store_true", help="show what survived to all tests that execute its line")
     given = parser.parse_args()
-    if given.audit:
-        run_audit()
-        return
     begun_s = time.monotonic()
-    counts: dict[str, int] = {}
-    done = 0 if given.output is None or not given.output.exists() else len(given.output.read_text().splitlines())
+    rows = [json.loads(line) for line in given.output.read_text().splitlines()] if given.output.exists() else []
     with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder) / "copy"
-        shutil.copytree(ROOT, copy, ignore=NOT_COPIED)
-        for mutant in drawn(copy, given.folder, given.count, given.seed)[done:]:
+        copy = copied(Path(folder))
+        executed = Executed(given.map, copy)
+        mutants = drawn(copy, given.folder, given.count, given.seed)
+        left = [place for place in range(len(mutants)) if place >= len(rows)]
+        if given.again:
+            left = [place for place, row in enumerate(rows) if row["outcome"] != "killed"]
+        for place in left:
             if time.monotonic() - begun_s > given.seconds:
                 break
-            tests = concerning(copy, _module(copy / mutant.file, copy), given.files)
-            found = outcome(copy, mutant, tests)
-            counts[found] = counts.get(found, 0) + 1
-            row = mutant._asdict() | {"outcome": found, "tests": tests}
+            mutant = mutants[place]
+            found, by, tests = outcome(executed, mutant, all_of_them=given.again)
+            row = mutant._asdict() | {"outcome": found, "by": by, "tests": tests}
             del row["source"]
             print(f"{found:9}{mutant.file}:{mutant.line}: {mutant.before} -> {mutant.after}", flush=True)
-            if given.output is not None:
-                with given.output.open("a", encoding="utf-8") as file:
-                    file.write(json.dumps(row) + "\n")
-    print(counts)
+            rows[place : place + 1] = [row]
+            given.output.write_text("".join(json.dumps(one) + "\n" for one in rows), encoding="utf-8")
+    print(dict(collections.Counter(row["outcome"] for row in rows)))
 
 
 if __name__ == "__main__":

@@ -30,14 +30,32 @@ def commit():
     return git("rev-parse", "HEAD") + ("+" if git("status", "--porcelain", "--", "vision", "appliance", "plc") else "")
 
 
-def write(name, processes):
+def key(case):
+    return json.dumps(case, sort_keys=True)
+
+
+def _kept(name, cases):
+    """Rows of the written result whose cases are still those of the study, and at which commits they were drawn."""
+    written = json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
+    known = {key(case) for case in cases}
+    found = {key({part: one[part] for part in cases[0]}): one for one in written["rows"]}
+    kept = {case: one for case, one in found.items() if case in known}
+    return {"earlier": [*written.get("earlier", []), {"commit": written["commit"], "cases": len(kept)}]}, kept
+
+
+def write(name, processes, *, append=False):
     cases = study(name).cases()
     made_from = commit()
+    earlier, kept = _kept(name, cases) if append else ({}, {})
+    new = [case for case in cases if key(case) not in kept]
     with ProcessPoolExecutor(processes) as pool:
         chunk = getattr(study(name), "CHUNK", CHUNK)
-        found = pool.map(row, [name] * len(cases), cases, chunksize=chunk)
-        rows = list(tqdm(found, total=len(cases), desc=name, disable=None))
-    head = {"study": name, "text": study(name).TEXT, "commit": made_from, "cases": len(rows)}
+        found = pool.map(row, [name] * len(new), new, chunksize=chunk)
+        drawn = {
+            key(case): one for case, one in zip(new, tqdm(found, total=len(new), desc=name, disable=None), strict=True)
+        }
+    rows = [(kept | drawn)[key(case)] for case in cases]
+    head = {"study": name, "text": study(name).TEXT, "commit": made_from, "cases": len(rows)} | earlier
     lines = ",\n".join(f"  {json.dumps(one)}" for one in rows)
     summary = json.dumps(study(name).summary(rows), indent=1)
     text = f'{json.dumps(head)[:-1]},\n"summary": {summary},\n"rows": [\n{lines}\n]}}\n'
@@ -51,11 +69,12 @@ def main():
     parser = argparse.ArgumentParser(prog="python -m studies", description=__doc__)
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(NAMES)}")
     parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--append", action="store_true", help="keep the rows that are written, draw the new cases")
     given = parser.parse_args()
     for name in given.names or NAMES:
         if name not in NAMES:
             parser.error(f"there is no study {name}; there are {', '.join(NAMES)}")
-        write(name, given.processes)
+        write(name, given.processes, append=given.append)
 
 
 if __name__ == "__main__":

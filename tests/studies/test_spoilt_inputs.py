@@ -16,6 +16,11 @@ FEW = {
     "coding": 12,
     "reference": 10,
     "roi": 15,
+    "end picture": 8,
+    "readings": 12,
+    "truth": 12,
+    "history": 12,
+    "more words": 12,
 }
 MANY = 25  # of each kind that takes milliseconds
 FIRST = 100_000  # other cases than the study's

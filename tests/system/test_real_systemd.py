@@ -34,7 +34,8 @@ def booted(tmp_path_factory, port) -> Iterator[Container]:
             f'[plc]\nport = {port}\nwrites = "all"\n[sizing.camera]\nkind = "mill"\nprepared_frames = 4\n'
             f'[sizing.black_box]\ndirectory = "{PICTURES}"\n'
         )
-        said = booted.run("/opt/hotgauge/bin/python", "-m", "appliance", "install")
+        said = booted.run("/opt/hotgauge/bin/python", "-m", "appliance", "install", timeout_s=STARTED_S)
+        assert "compiled what measuring needs into /var/cache/hotgauge" in said
         assert "kept /etc/hotgauge/hotgauge.toml" in said
         wait_until(lambda: measures(port), STARTED_S)
         yield booted

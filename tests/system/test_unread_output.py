@@ -11,10 +11,10 @@ import pytest
 from running import free_port
 
 
-def serve(port: int, tmp_path, **streams: object) -> subprocess.Popen:
+def serve(port: int, tmp_path, *shell: str, **streams: object) -> subprocess.Popen:
     config = tmp_path / "gauge.toml"
     config.write_text(f'[plc]\nport = {port}\n[sizing.camera]\nkind = "mill"\nprepared_frames = 5\n')
-    return subprocess.Popen([sys.executable, "-m", "appliance", "run", "--config", str(config)], **streams)
+    return subprocess.Popen([*shell, sys.executable, "-m", "appliance", "run", "--config", str(config)], **streams)
 
 
 def answers(port: int) -> bool:
@@ -62,15 +62,18 @@ def test_a_standard_error_that_nobody_reads_blocks_nothing(tmp_path):
         os.close(writer)
 
 
-@pytest.mark.parametrize("output", ["/dev/full", "closed pipe"])
+@pytest.mark.parametrize("output", ["/dev/full", "closed pipe", "closed"])
 def test_a_welcome_that_cannot_be_written_ends_nothing(tmp_path, output):
-    if output == "/dev/full":
+    words = ()
+    if output == "closed":  # the station's crash is logged to the other closed stream
+        stream, words = subprocess.DEVNULL, ("sh", "-c", 'exec "$@" >&- 2>&-', "sh")
+    elif output == "/dev/full":
         stream = os.open(output, os.O_WRONLY)
     else:
         reader, stream = os.pipe()
         os.close(reader)
     port = free_port()
-    process = serve(port, tmp_path, stdout=stream, stderr=subprocess.DEVNULL)
+    process = serve(port, tmp_path, *words, stdout=stream, stderr=subprocess.DEVNULL)
     try:
         wait_for_answer(port, process)
         time.sleep(1)
@@ -80,4 +83,5 @@ def test_a_welcome_that_cannot_be_written_ends_nothing(tmp_path, output):
     finally:
         process.kill()
         process.wait()
-        os.close(stream)
+        if output != "closed":
+            os.close(stream)

@@ -253,7 +253,8 @@ def _agreed_motion(place: Array, found: list[_Found]) -> MarksMotion:
         off = np.hypot(*(shift.T.ravel() - design @ motion).reshape(2, -1))
         agrees = off <= max(AGREEMENT_PX, median(off))
         both = np.tile(agrees, 2)
-        motion = np.linalg.lstsq(design[both], shift.T.ravel()[both], rcond=None)[0]
+        fitted = design[both]  # half of the marks at least, which lie apart: they fix a shift and a turn
+        motion = np.linalg.solve(fitted.T @ fitted, fitted.T @ shift.T.ravel()[both])
     off = (shift.T.ravel() - design @ motion).reshape(2, -1)[:, agrees]
     if np.count_nonzero(np.hypot(*off) <= AGREEMENT_PX) < max(LEAST_MARKS, len(x) // 2):
         return NO_MOTION

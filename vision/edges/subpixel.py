@@ -302,15 +302,22 @@ def _levels(profile, first, step, place, side, near, far):
 
 @njit(nogil=True, cache=True)
 def _rise(row, first, step, level, at):
-    """Upward crossing of the level that is nearest to a place."""
-    place, nearest = np.nan, np.inf
-    for j in range(row.shape[0] - 1):
+    """Upward crossing of the level that is nearest to a place, of two alike the first; searched from there outwards."""
+    last = row.shape[0] - 2
+    right = min(max(int(np.floor((at - first) / step)), 0), last + 1)
+    left = right - 1
+    while left >= 0 or right <= last:
+        is_left = right > last or (
+            left >= 0 and at - (first + (left + 0.5) * step) <= first + (right + 0.5) * step - at
+        )
+        j = left if is_left else right
         if row[j] < level <= row[j + 1]:
-            distance = abs(first + (j + 0.5) * step - at)
-            if distance < nearest:
-                nearest = distance
-                place = first + (j + (level - row[j]) / (row[j + 1] - row[j])) * step
-    return place
+            return first + (j + (level - row[j]) / (row[j + 1] - row[j])) * step
+        if is_left:
+            left -= 1
+        else:
+            right += 1
+    return np.nan
 
 
 @njit(nogil=True, cache=True)

@@ -2,7 +2,7 @@
 
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import cv2
 import numpy as np
@@ -90,16 +90,49 @@ def fuse_wavelets(
     basis = wavelet(name)
     levels = min(scales.levels, pywt.dwtn_max_level(left.shape[1:], basis))
 
-    def transformed(planes: Planes) -> list[Any]:
-        return pywt.wavedec2(planes, basis, BORDER, levels)
+    def transformed(planes: Planes) -> list[Bands]:
+        return [_analysed(plane, basis, levels) for plane in planes]
 
-    first, second = (executor.map if executor else map)(transformed, (left, right))
-    scales.fuse_approximation(first[0], second[0])
-    for details, others in zip(first[1:], second[1:], strict=True):
-        for band, other in zip(details, others, strict=True):
-            fuse_coefficients(band, other, scales.rule)
     rows, columns = left.shape[1:]
-    return pywt.waverec2(first, basis, BORDER)[:, :rows, :columns]
+    fused: list[Planes] = []
+    for first, second in zip(*(executor.map if executor else map)(transformed, (left, right)), strict=True):
+        scales.fuse_approximation(first.approximation, second.approximation)
+        for band, other in zip(first.details, second.details, strict=True):
+            fuse_coefficients(band, other, scales.rule)
+        fused.append(_synthesised(first, basis)[:rows, :columns])
+    return np.stack(fused)
+
+
+class Bands(NamedTuple):
+    """Discrete wavelet transform of a picture."""
+
+    approximation: Planes
+    details: list[Planes]  # three a level, the finest level first
+
+
+# PyWavelets takes twice as long along columns: their numbers do not lie one behind the other in memory. Transposed
+# pictures have the same bits as `pywt.wavedec2` and `pywt.waverec2`.
+
+
+def _analysed(plane: Planes, basis: Any, levels: int) -> Bands:
+    details: list[Planes] = []
+    for _ in range(levels):
+        upper, lower = map(cv2.transpose, pywt.dwt(cv2.transpose(plane), basis, BORDER))
+        halves: list[Any] = [*pywt.dwt(upper, basis, BORDER), *pywt.dwt(lower, basis, BORDER)]
+        plane = halves[0]
+        details += halves[1:]
+    return Bands(plane if levels else plane.copy(), details)
+
+
+def _synthesised(bands: Bands, basis: Any) -> Planes:
+    plane, details = bands.approximation, bands.details.copy()
+    while details:
+        *details, beside, below, diagonal = details
+        rows, columns = beside.shape  # a level of odd length comes back with one more
+        upper = pywt.idwt(plane[:rows, :columns], beside, basis, BORDER)
+        lower = pywt.idwt(below, diagonal, basis, BORDER)
+        plane = np.asarray(cv2.transpose(pywt.idwt(cv2.transpose(upper), cv2.transpose(lower), basis, BORDER)))
+    return plane
 
 
 def fuse_pyramids(left: Planes, right: Planes, scales: Scales) -> Planes:

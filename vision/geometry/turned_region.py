@@ -81,10 +81,9 @@ class Region:
         -------
         ndarray of uint8, shape (rows, k) or (rows, k, 3)
         """
-        rows = np.arange(len(columns))[:, None]
         if self.maps is None:
-            return self.raw.shown[rows, columns]
-        whole, part = (each[rows, columns] for each in self.maps)
+            return self.raw.shown[np.arange(len(columns))[:, None], columns]
+        whole, part = _picked(*self.maps, columns)
         return np.asarray(cv2.remap(self.raw.shown, whole, part, cv2.INTER_LINEAR), dtype=np.uint8)
 
     def light(self, rows: NDArray[np.int64], columns: Array, plane: LightPlane) -> Array:
@@ -345,6 +344,17 @@ def _fill_map(H, dist, K, radius2, whole, part):  # noqa: PLR0917  # type: ignor
             whole[r, c, 0] = min(max(px >> 5, -2), 32000)
             whole[r, c, 1] = min(max(py >> 5, -2), 32000)
             part[r, c] = (py & 31) * 32 + (px & 31)
+
+
+@njit(nogil=True, cache=True)
+def _picked(whole, part, columns):  # type: ignore[no-untyped-def]
+    """A map at some columns of each row."""
+    some, parts = np.empty((*columns.shape, 2), dtype=np.int16), np.empty(columns.shape, dtype=np.uint16)
+    for r in range(columns.shape[0]):
+        for k in range(columns.shape[1]):
+            c = columns[r, k]
+            some[r, k, 0], some[r, k, 1], parts[r, k] = whole[r, c, 0], whole[r, c, 1], part[r, c]
+    return some, parts
 
 
 @njit(nogil=True, cache=True)

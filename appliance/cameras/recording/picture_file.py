@@ -19,6 +19,7 @@ from appliance.cameras.recording.jpeg_header import JPEG_START, jpeg_is_whole, r
 from appliance.cameras.recording.native_messages import native_messages
 from appliance.cameras.recording.other_formats import read_other_head
 from appliance.cameras.source import CameraError
+from appliance.errors import reading_advice
 from vision.sent_picture import LUMA_601, MOSAICS, Codes, Coding, Mosaic, SentPicture, sent_picture
 
 PNG_START = b"\x89PNG\r\n\x1a\n"
@@ -98,7 +99,9 @@ def read_picture(path: Path, told: ToldCoding = UNTOLD) -> SentPicture:
     try:
         data = path.read_bytes()
     except OSError as error:
-        raise CameraError(f"{path}: cannot be read ({error.strerror}); check the disk and its permissions") from error
+        raise CameraError(
+            f"{path}: cannot be read ({error.strerror}); {reading_advice(error, 'check its name, and the disk')}"
+        ) from error
     if not _is_whole(data):  # OpenCV fills what is missing of a truncated file with grey and calls it a picture
         raise CameraError(f"{path}: the file breaks off before the picture's end; copy or record it again")
     if _is_damaged(data):

@@ -20,7 +20,7 @@ def add_certificates(command: argparse.ArgumentParser) -> None:
         "--host", action="append", default=[], metavar="HOST", help="name or address by which clients know the gauge"
     )
     command.add_argument("--client", metavar="NAME", help="make a client's certificate too, named so")
-    command.add_argument("--role", choices=[*Role], help="what this client may do")
+    command.add_argument("--role", choices=[role.value for role in Role], help="what this client may do")
 
 
 def run_certificates(given: argparse.Namespace) -> None:

@@ -56,7 +56,9 @@ def add_install(command: argparse.ArgumentParser) -> None:
 def run_install(given: argparse.Namespace) -> None:
     from appliance.service.install import install, remove
 
-    for line in (remove if given.remove else install)(given.root):
+    lines = (remove if given.remove else install)(given.root)
+    print(next(lines, f"{given.root}: nothing that install writes is there"))
+    for line in lines:
         print(line)
 
 

@@ -4,8 +4,8 @@ import argparse
 from datetime import datetime
 from pathlib import Path
 
-from appliance.cli.common import add_config, number_within
-from appliance.command_options import CommandError, one_of
+from appliance.cli.common import add_config
+from appliance.command_options import CommandError, number_within, one_of
 from appliance.history.export import write_csv, write_parquet
 from appliance.history.read import moment, open_to_read
 from appliance.history.tables import TABLES

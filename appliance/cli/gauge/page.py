@@ -63,7 +63,9 @@ def add_page_user(command: argparse.ArgumentParser) -> None:
     command.add_argument("name", metavar="NAME")
     what = command.add_mutually_exclusive_group(required=True)
     what.add_argument(
-        "--role", choices=[*Role], help="what NAME may do; the password is asked for, or read from a pipe"
+        "--role",
+        choices=[role.value for role in Role],
+        help="what NAME may do; the password is asked for, or read from a pipe",
     )
     what.add_argument("--remove", action="store_true", help="NAME may log in no more")
     add_config(command)

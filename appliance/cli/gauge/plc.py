@@ -10,8 +10,8 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, get_args
 
-from appliance.cli.common import number_within, whole_number
-from appliance.command_options import CommandError
+from appliance.cli.common import whole_number
+from appliance.command_options import CommandError, number_within
 from appliance.diagnostics.named_bits import named_bits
 from appliance.supervisor.settings import PlcSettings
 from plc import export

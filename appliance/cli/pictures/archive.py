@@ -16,7 +16,7 @@ from appliance.command_options import CommandError
 from appliance.errors import HotgaugeError
 
 EXIT_SOME_FAILED = 1
-DECIDES_NOTHING = frozenset({"run", "recording", "output", "processes", "dask"})
+DECIDES_NOTHING = frozenset({"run", "command", "recording", "output", "processes", "dask"})
 
 
 def add_archive(command: argparse.ArgumentParser) -> None:

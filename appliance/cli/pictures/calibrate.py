@@ -1,11 +1,10 @@
 """The command calibrate."""
 
 import argparse
-import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from appliance.cli.common import progress
+from appliance.cli.common import progress, refuse_no_region
 from appliance.cli.outputs import refuse_lost_input, refuse_unwritable
 from appliance.command_options import CommandError
 
@@ -37,9 +36,7 @@ def run_calibrate(given: argparse.Namespace) -> None:
     refuse_unwritable(given.output)
     if given.report is not None:
         _refuse_report(given.report, given.folder, given.output)
-    first_mm, last_mm = given.region
-    if not -math.inf < first_mm < last_mm < math.inf:
-        raise CommandError(f"--region: from {first_mm:g} to {last_mm:g} is no region; give the smaller number first")
+    refuse_no_region(given.region)
     board = {name: getattr(given, name) for name in ("squares", *_BOARD_NUMBERS, "response")}
     overrides = {name: value for name, value in board.items() if value is not None}
     try:

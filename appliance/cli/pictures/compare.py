@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from appliance.cli.outputs import refuse_lost_input, refuse_unwritable
 from appliance.command_options import CommandError
 
 PLOT_SUFFIXES = (".png", ".svg", ".pdf")
@@ -21,6 +22,9 @@ def run_compare(given: argparse.Namespace) -> None:
 
     if given.plot is not None and given.plot.suffix.lower() not in PLOT_SUFFIXES:
         raise CommandError(f"--plot: {given.plot} is no picture; let its name end in {', '.join(PLOT_SUFFIXES)}")
+    if given.plot is not None:
+        refuse_lost_input(given.plot, (given.readings, given.truth), option="--plot")
+        refuse_unwritable(given.plot, option="--plot")
     try:
         lines = compare(given.readings, given.truth, given.plot)
     except OSError as error:

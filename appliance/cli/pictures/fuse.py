@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from appliance.cli.common import whole_number
-from appliance.cli.outputs import refuse_lost_input, refuse_unwritable
+from appliance.cli.outputs import refuse_lost_input, refuse_plots_among_inputs, refuse_unwritable
 from appliance.command_options import CommandError, one_of
 
 
@@ -52,6 +52,7 @@ def run_fuse(given: argparse.Namespace) -> None:
 
     refuse_lost_input(given.output, (given.left, given.right, given.rig))
     refuse_unwritable(given.output)
+    refuse_plots_among_inputs(given.plot, (given.left, given.right))
     method = one_of(METHODS, given.method, "--method")
     try:
         scales = checked_scales(method, given.levels, given.rule, given.approximation)
@@ -64,7 +65,8 @@ def run_fuse(given: argparse.Namespace) -> None:
         if given.plot is not None:
             write_plots(given.plot, pair)
     except OSError as error:
-        raise CommandError(f"{given.output}: {error.strerror}; give a file in a writable folder") from error
+        place = error.filename or given.output
+        raise CommandError(f"{place}: {error.strerror}; give a file in a writable folder") from error
     print(f"{method}, aligned on the plane {pair.height_mm:.2f} mm above the conveyor")
     rows, columns = pair.common
     print(

@@ -3,7 +3,12 @@
 import argparse
 from pathlib import Path
 
-from appliance.cli.outputs import refuse_lost_input, refuse_other_formats, refuse_unwritable
+from appliance.cli.outputs import (
+    refuse_lost_input,
+    refuse_other_formats,
+    refuse_plots_among_inputs,
+    refuse_unwritable,
+)
 from appliance.cli.pictures.archive import add_archive, run_archive
 from appliance.command_options import CommandError
 from appliance.conformity.row_judge import row_judge
@@ -52,6 +57,7 @@ def run_measure(given: argparse.Namespace) -> int | None:
     inputs = given.recording, given.rig, given.background, given.config, given.edge_model
     refuse_lost_input(given.output, inputs)
     refuse_unwritable(given.output)
+    refuse_plots_among_inputs(given.plot, (given.recording,))
     try:
         if is_archive:
             return run_archive(given, measure_recording)

@@ -5,7 +5,12 @@ from pathlib import Path
 from typing import get_args
 
 from appliance.cli.common import add_config
-from appliance.cli.outputs import refuse_lost_input, refuse_other_formats, refuse_unwritable
+from appliance.cli.outputs import (
+    refuse_lost_input,
+    refuse_other_formats,
+    refuse_plots_among_inputs,
+    refuse_unwritable,
+)
 from appliance.command_options import CommandError
 from appliance.supervisor import settings as settings_file
 from vision.ingot.classifiers.names import ClassifierName
@@ -52,6 +57,7 @@ def run_orient(given: argparse.Namespace) -> None:
     for output in outputs:
         refuse_lost_input(output, (given.recording, given.references, given.config))
         refuse_unwritable(output)
+    refuse_plots_among_inputs(given.plot, (given.recording, given.references))
     settings = settings_file.load(given.config).ingot
     if given.classifier:
         settings = settings.model_copy(update={"classifier": given.classifier})

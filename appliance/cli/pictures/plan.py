@@ -1,11 +1,14 @@
 """The command plan: what a mounting of the two cameras would give, before anything is bought."""
 
 import argparse
+import contextlib
 import math
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from appliance.cli.common import progress
+from appliance.cli.common import progress, refuse_no_region
+from appliance.cli.outputs import refuse_unwritable
 from appliance.command_options import CommandError
 
 if TYPE_CHECKING:
@@ -36,10 +39,15 @@ def add_plan(command: argparse.ArgumentParser) -> None:
 
 def run_plan(given: argparse.Namespace) -> None:
     from appliance.planning.expected import expected
+    from appliance.sizing.figures import figure_class
 
     mounting = _mounting(given)
     if given.output is not None and given.output.suffix.lower() not in SUFFIXES:
         raise CommandError(f"--output {given.output}: give a name that ends in {', '.join(sorted(SUFFIXES))}")
+    if given.output is not None:
+        refuse_unwritable(given.output)
+        figure_class()  # says at once that the plotting library is missing
+    refuse_no_region(given.region)
     smallest, largest = given.bars
     if not smallest < largest:
         raise CommandError(f"--bars {smallest:g} {largest:g}: give the smallest diameter first")
@@ -118,14 +126,16 @@ def _table(found: "list[Expected]") -> list[str]:
 
 
 def _sensor(text: str) -> tuple[int, int]:
-    columns, rows = (int(part) for part in text.lower().split("x"))
+    numbers = re.fullmatch(r"(\d{1,5})\s*[xX×]\s*(\d{1,5})", text.strip())
+    columns, rows = map(int, numbers.groups()) if numbers else (0, 0)
     if not (64 <= columns <= 20000 and 64 <= rows <= 20000):
-        raise ValueError
+        raise argparse.ArgumentTypeError(f"{text!r} is no sensor; give it as 2448x2048, 64 to 20000 pixels each")
     return columns, rows
 
 
 def _positive(text: str) -> float:
-    number = float(text)
-    if not 0 < number < 1e6:
-        raise ValueError
-    return number
+    with contextlib.suppress(ValueError):
+        number = float(text)
+        if 0 < number < 1e6:
+            return number
+    raise argparse.ArgumentTypeError(f"{text!r} is no number above 0 and below 1000000")

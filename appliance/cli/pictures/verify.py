@@ -5,9 +5,9 @@ import math
 import sys
 from pathlib import Path
 
-from appliance.cli.common import add_config, number_within, progress
+from appliance.cli.common import add_config, progress
 from appliance.cli.outputs import refuse_lost_input, refuse_unwritable
-from appliance.command_options import CommandError
+from appliance.command_options import CommandError, number_within
 from appliance.files.digest import file_sha256
 from appliance.supervisor import settings as settings_file
 

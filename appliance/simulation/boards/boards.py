@@ -172,7 +172,10 @@ def random_poses(rig: TrueRig, rng: np.random.Generator, board: Board, count: in
         sheet_mm = pose.in_world(board.sheet_mm())
         if all(_is_seen(camera.project(sheet_mm), camera.image_size, board) for camera in rig.cameras):
             poses.append(pose)
-    raise ValueError(f"board: {board.squares} squares of {board.square_mm} mm do not fit into both pictures of the rig")
+    long, short = board.squares
+    raise ValueError(
+        f"board: {long} x {short} squares of {board.square_mm:g} mm do not fit into both pictures of the rig"
+    )
 
 
 def _flat(height_mm: float) -> Pose:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from appliance.files.atomic_file import whole_file
+from appliance.files.columns import FileColumn
 from appliance.files.row_writer import row_writer
 from appliance.sizing.figures import PlotFolder, mark_frames
 from vision.readings import SizeReading
@@ -17,6 +18,13 @@ from vision.sizing.conveyor.published_experiments import EXPERIMENTS, experiment
 PANELS = {"(a)": (1, 2), "(b)": (3, 4)}
 EXPERIMENT_NAMES = {1: "boundary, original", 2: "boundary, homographic", 3: "lines, original", 4: "lines, homographic"}
 EXPERIMENT_OFFSET = 0.3  # frames between the error bars of two experiments
+
+EXPERIMENT_COLUMNS = (
+    FileColumn("experiment", "", None, "number of the dissertation's experiment"),
+    FileColumn("frame", "", None, "number of the frame"),
+    FileColumn("mean_mm", "mm", 4, "mean of the sizes that the experiment finds in the frame"),
+    FileColumn("sigma_mm", "mm", 4, "their standard deviation, eq. 3.7 of the dissertation"),
+)
 
 
 class ConveyorPlots(PlotFolder):
@@ -74,10 +82,12 @@ class ConveyorPlots(PlotFolder):
         """Mean and deviation of each frame in the four experiments, eq. 3.7, as rows."""
         path = self._folder / "experiments.csv"
         with whole_file(path) as file:
-            write = row_writer(path, file, ("experiment", "frame", "mean_mm", "sigma_mm"))
+            write = row_writer(path, file, [column.name for column in EXPERIMENT_COLUMNS])
             for number, sized in self._counted.items():
                 for frame, mean_mm, sigma_mm in sized:
-                    write({"experiment": number, "frame": frame, "mean_mm": mean_mm, "sigma_mm": sigma_mm})
+                    values = (number, frame, mean_mm, sigma_mm)
+                    cells = zip(EXPERIMENT_COLUMNS, values, strict=True)
+                    write({column.name: column.written(value) for column, value in cells})
 
     def _experiments(self) -> None:
         """Mean and deviation of each frame in the four experiments, like figure 3.22 of the dissertation."""

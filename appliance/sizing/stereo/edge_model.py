@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from appliance.errors import reading_advice
 from appliance.sizing.method import ScaleError
 from vision.edges.forest.model import StructuredForest
 
@@ -29,7 +30,7 @@ def load_edge_model(path: Path) -> StructuredForest:
         return StructuredForest.load(path)
     except OSError as error:
         raise EdgeModelError(
-            f"{path}: cannot be read ({error.strerror}); make it with `hotgauge train-edges`"
+            f"{path}: cannot be read ({error.strerror}); {reading_advice(error, 'make it with `hotgauge train-edges`')}"
         ) from error
     except ValueError as error:
         raise EdgeModelError(f"{error}; make the file anew with `hotgauge train-edges`") from error

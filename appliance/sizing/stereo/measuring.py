@@ -3,7 +3,7 @@
 import argparse
 from typing import ClassVar
 
-from appliance.command_options import CommandError
+from appliance.command_options import CommandError, number_within
 from appliance.sizing.measuring import Measuring
 from appliance.sizing.reading_rows import Judge
 from appliance.sizing.stereo.route_options import PRINTED_OPTIONS, add_route_options
@@ -58,7 +58,4 @@ class StereoMeasuring(Measuring):
 
 
 def _length(text: str) -> float:
-    number = float(text)
-    if not 0 <= number <= MOST_OVALITY_MM:
-        raise ValueError
-    return number
+    return number_within(text, 0, MOST_OVALITY_MM, "millimetres")

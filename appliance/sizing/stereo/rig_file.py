@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from appliance.errors import reading_advice
 from appliance.files.atomic_file import whole_file
 from appliance.sizing.method import ScaleError
 from vision.calibration.rig import Rig
@@ -33,7 +34,8 @@ def load_rig(path: Path) -> Rig:
     try:
         return Rig.from_json(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
-        raise RigError(f"{path}: cannot be read ({error.strerror}); make it with `hotgauge calibrate`") from error
+        advice = reading_advice(error, "make it with `hotgauge calibrate`")
+        raise RigError(f"{path}: cannot be read ({error.strerror}); {advice}") from error
     except ValueError as error:
         raise RigError(f"{path}: no usable rig file: {error}; make it with `hotgauge calibrate`") from error
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from appliance.cameras.recording.names import PICTURE_SUFFIXES
+from appliance.errors import reading_advice
 from vision.calibration.acceptance import CalibrationError, some_names
 from vision.calibration.checkerboard import Board
 from vision.calibration.rig import SIDES
@@ -120,8 +121,12 @@ def read_board(path: Path, overrides: Mapping[str, object]) -> Board:
                 advice = f"give the folder above it, {path.parent.parent}"
             sentence = f"{path}: no such file; {advice}"
             raise CalibrationError([sentence]) from None
+    except NotADirectoryError:
+        raise CalibrationError([f"{path.parent}: is a file; give the rig folder, with pictures of the board"]) from None
     except OSError as error:
-        raise CalibrationError([f"{path}: cannot be read ({error.strerror}); describe the board in it"]) from error
+        raise CalibrationError(
+            [f"{path}: cannot be read ({error.strerror}); {reading_advice(error, 'describe the board in it')}"]
+        ) from error
     except (ValueError, TypeError, RecursionError) as error:
         raise CalibrationError([f"{path}: not a readable JSON object ({error}); correct it"]) from error
     try:

@@ -26,10 +26,10 @@ class Container:
         self.root = root
         self._leader = leader
 
-    def run(self, *words: str, check: bool = True) -> str:
+    def run(self, *words: str, check: bool = True, timeout_s: float = 60) -> str:
         ended = subprocess.run(
             ["nsenter", "--all", "--target", str(self._leader), *words],
-            capture_output=True, text=True, check=False, timeout=60,
+            capture_output=True, text=True, check=False, timeout=timeout_s,
         )  # fmt: skip
         assert ended.returncode == 0 or not check, ended
         return ended.stdout

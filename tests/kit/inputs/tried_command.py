@@ -45,6 +45,7 @@ def tried(words: list[str], folder: Path) -> Ending:
     if not problem and any(after.get(file) != content for file, content in before.items()):
         problem = "an input was changed"
     new = {file for file in after.keys() - before.keys() if not file.startswith("plots/")}
+    new = {file for file in new if not file.endswith(("-shm", "-wal"))}  # SQLite's own, beside a history that is read
     if not problem and ((code == 2 and new) or any(Path(file).name.startswith(".") for file in new)):
         problem = f"left behind: {min(new)}"
     return Ending(code, said, problem)

@@ -12,6 +12,8 @@ import cv2
 import numpy as np
 from drawn_ingots import CENTROID, CROP, ingot, line
 
+from appliance.history import database
+from appliance.history.tables import Row
 from appliance.simulation.video_coding import Video
 from appliance.simulation.write_recording import write_scene
 from appliance.sizing.stereo.calibrate_folder import calibrate_folder
@@ -20,6 +22,7 @@ from appliance.sizing.stereo.rig_file import save_rig
 
 SIDES = ("left", "right")
 SCENE = "bar"
+HISTORY_FROM_MS = 1_795_900_000_000  # 2026-11-28T21:06:40Z
 GAUGE = """\
 [plc]
 port = 5031
@@ -62,7 +65,24 @@ def workshop() -> Path:
     cells = [f"{bar},{day},{100 + bar + 0.01 * day + 0.001 * n}" for bar in (1, 2, 3) for day in (1, 2) for n in (1, 2)]
     (folder / "study.csv").write_text("\n".join(["bar,condition,diameter_mm", *cells]) + "\n")
     (folder / "set_points.json").write_text('{"target_diameter": 26550, "product_id": 305419896, "hold": true}')
+    _write_readings(folder)
+    _write_history(folder)
     return folder
+
+
+def _write_readings(folder: Path) -> None:
+    diameter_mm = float(json.loads((folder / SCENE / "truth.json").read_text())["diameter_mm"])
+    row = {"frame": 0, "diameter_mm": diameter_mm + 0.1, "expanded_uncertainty_mm": 0.4, "valid": True, "reasons": []}
+    (folder / "readings.jsonl").write_text(json.dumps(row) + "\n")
+
+
+def _write_history(folder: Path) -> None:
+    connection = database.open_to_write(folder / "history" / database.FILE_NAME)
+    run = {"run_utc_ms": HISTORY_FROM_MS, "valid": 1, "diameter_mm": 250.0}
+    rows = [run | {"exposed_utc_ms": HISTORY_FROM_MS + 60_000 * n, "sequence": n} for n in range(60)]
+    database.write(connection, [Row("readings", row) for row in rows])
+    connection.close()
+    (folder / "history.toml").write_text('[history]\ndirectory = "history"\n')
 
 
 def _write_ends(folder: Path) -> None:

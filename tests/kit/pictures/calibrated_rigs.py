@@ -19,9 +19,9 @@ from vision.light import U_NAMED_EXPONENT
 
 
 @lru_cache(maxsize=2)
-def calibrated_rig(seed):
+def calibrated_rig(seed, image_size=(800, 600)):
     """The rig of a seed's scenes, calibrated from projected corners; without still marks, which need pictures."""
-    return _calibrated(seed)[0]
+    return _calibrated(seed, image_size)[0]
 
 
 @lru_cache(maxsize=2)
@@ -39,8 +39,8 @@ def rig_with_marks(seed):
 POSES = (low_pose, high_pose)
 
 
-def _calibrated(seed):
-    setup, (rng, true_board) = set_up("clean", seed), board_of(seed)
+def _calibrated(seed, image_size=(800, 600)):
+    setup, (rng, true_board) = set_up("clean", seed, image_size), board_of(seed)
     seen = observe(setup.rig, rng, true_board)
     board = Board.from_json(json.dumps(board_document(true_board, setup.sensor.response)))
     size, region_y_mm = setup.rig.left.image_size, setup.rig.region_y_mm

@@ -86,6 +86,7 @@ def test_aligned_blocks_of_bits_hold_alarms_states_and_commands_and_zeros(wire, 
         struct.pack(">BHHBH", 16, 200, 1, 4, 0),
         struct.pack(">BHHBH", 16, 200, 2, 4, 0),
         struct.pack(">BHHB", 15, 32, 0, 0),
+        struct.pack(">BHHB", 15, 0, 1969, 247) + bytes(247),  # 1968 is the most of one request
         struct.pack(">BHHBB", 15, 32, 1, 2, 0),
         struct.pack(">BHHB", 15, 32, 9, 2) + b"\0",
         struct.pack(">BHH", 5, 32, 0x1234),
@@ -306,6 +307,7 @@ def test_device_identification_refuses_what_it_does_not_have(wire):
     assert wire.ask(bytes((43, 14, 0, 0))) == exception(43, 3)
     assert wire.ask(bytes((43, 14, 5, 0))) == exception(43, 3)
     assert wire.ask(bytes((43, 14, 1))) == exception(43, 3)
+    assert wire.ask(bytes((43, 14))) == exception(43, 3)
     assert wire.ask(bytes((43, 13, 0, 0))) == exception(43, 1)
     assert wire.ask(bytes((43,))) == exception(43, 1)
 

@@ -96,6 +96,25 @@ def test_one_connection_too_many_is_closed_and_the_others_live_on(server):
     assert eventually(lambda: server.connections == 0)
 
 
+def test_the_gauges_own_connection_takes_nobodys_place_and_may_only_read(written):
+    server = ModbusServer("127.0.0.1", 0, writes="all", connections_max=1, on_write=written)
+    server.publish(encode(LIVE))
+
+    async def connected() -> socket.socket:
+        return server.connect()
+
+    with served(server) as loop, Wire(server.port) as only:
+        assert only.ask(read(4, 0, 1))[0] == 4
+        with asyncio.run_coroutine_threadsafe(connected(), loop).result(5) as own:
+            own.settimeout(5)
+            own.sendall(frame(read(4, 0, 1)))
+            assert own.recv(64)[7] == 4
+            own.sendall(frame(write_coils(32, True)))
+            assert own.recv(64)[7:] == exception(15, 1)
+        assert only.ask(read(4, 0, 1))[0] == 4
+    assert written == []
+
+
 def test_a_half_sent_request_is_given_up(server, monkeypatch):
     monkeypatch.setattr(server_module, "HALF_REQUEST_S", 0.3)
     with Wire(server.port, timeout_s=2) as wire:
@@ -294,6 +313,16 @@ def test_requests_and_refusals_are_counted(server, wire):
 def test_a_wrong_parameter_is_named(wrong, named):
     with pytest.raises(ValueError, match=named):
         ModbusServer(**{"host": "127.0.0.1", "port": 0} | wrong)
+
+
+def test_a_single_connection_can_be_allowed():
+    server = ModbusServer("127.0.0.1", 0, connections_max=1)
+    server.publish(encode(LIVE))
+    with served(server), Wire(server.port) as only:
+        assert only.ask(read(4, 0, 1))[0] == 4
+        with Wire(server.port, timeout_s=3) as refused:
+            assert refused.closed_by_server()
+        assert only.ask(read(4, 0, 1))[0] == 4
 
 
 def test_the_last_port_that_there_is_can_be_served():

@@ -8,6 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from types import SimpleNamespace
 
 import pytest
 from modbus_wire import served
@@ -59,6 +60,19 @@ def test_polling_follows_what_is_published_at_the_rate_asked_for(server):
         server.publish(encode({"sequence": 10 * len(seen)}))
     assert seen == [7, 10, 20, 30, 40]
     assert 0.2 <= time.monotonic() - begun < 2.0
+
+
+def test_a_poll_that_is_late_is_followed_by_the_next_one_at_once(server):
+    begun = time.monotonic()
+    assert len(list(itertools.islice(poll("127.0.0.1", server.port, every_s=0.001), 20))) == 20
+    assert time.monotonic() - begun < 1.5  # a pause of 0.1 s after each would make it 2
+
+
+def test_how_long_a_poll_took_is_said_in_milliseconds(server, monkeypatch):
+    moments_s = itertools.count(100.0, 0.25)
+    monkeypatch.setattr("plc.poll.time", SimpleNamespace(monotonic=lambda: next(moments_s), sleep=lambda _: None))
+    (snapshot,) = itertools.islice(poll("127.0.0.1", server.port), 1)
+    assert snapshot.elapsed_ms == pytest.approx(250.0, rel=1e-4)
 
 
 def test_the_other_word_order_is_read_when_it_is_asked_for_and_noticed_when_not(server):

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import pytest
+from cryptography import x509
 from modbus_wire import (
     LIVE,
     Wire,
@@ -269,3 +270,26 @@ def test_ten_thousand_random_writes_without_right_over_all_ports_and_roles_chang
     assert plain.ask(read(1, 32, 2)) == bytes((1, 1, 0))
     for wire in (viewer, operator, plain):
         wire.socket.close()
+
+
+def test_a_certificate_is_looked_at_with_every_connection_also_of_a_session_that_goes_on(server, folder):
+    """TLS 1.2 resumes a session by a ticket without a look at the certificate: no ticket is given."""
+    asking = context(folder, "viewer", ssl.TLSVersion.TLSv1_2)
+
+    def connect(session=None) -> ssl.SSLSocket:
+        plain = socket.create_connection(("127.0.0.1", server._secure.port), timeout=5)
+        return asking.wrap_socket(plain, server_hostname="127.0.0.1", session=session)
+
+    with connect() as first:
+        session = first.session
+    assert not session.has_ticket
+    with connect(session) as second:
+        assert second.version() == "TLSv1.2"
+        assert not second.session_reused
+
+
+def test_extensions_that_limit_the_authority_are_critical(folder):
+    """RFC 5280, 4.2.1.3 and 4.2.1.9: a program that does not know them must refuse the certificate."""
+    authority = x509.load_pem_x509_certificate((folder / "authority.pem").read_bytes())
+    for kind in (x509.BasicConstraints, x509.KeyUsage):
+        assert authority.extensions.get_extension_for_class(kind).critical

@@ -144,4 +144,4 @@ def test_confirmed_ends_that_cannot_be_read_are_told_in_a_sentence(recording, re
 
 def test_a_pair_that_nobody_learned_cannot_be_used(recording, references, capsys):
     assert orient(recording, references, references / "out.jsonl", "--use", 3) == 2
-    assert "learned pairs are [], 0 the first one" in capsys.readouterr().err
+    assert "learned: there is no pair 3; learned are none, 0 is the commissioned one" in capsys.readouterr().err

@@ -39,11 +39,67 @@ def test_an_output_that_is_read_by_the_command_is_refused_and_untouched(recordin
     assert {file: file.read_bytes() for file in recording.rglob("*") if file.is_file()} == before
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["measure", "rec", "--rig", "rig.json", "--output", "out.csv", "--plot", "rec/left"],
+        ["measure", "rec", "--rig", "rig.json", "--output", "out.csv", "--plot", "rec"],
+        ["orient", "rec/left", "--references", "rec", "--output", "out.csv", "--plot", "rec/left/../left"],
+        ["orient", "rec/left", "--references", "rec", "--output", "out.csv", "--plot", "rec"],
+        ["fuse", "rec/left/000000.jpg", "rec/right/000000.jpg", "--rig=rig.json", "--output=f.png", "--plot=rec/left"],
+    ],
+)
+def test_plots_never_come_among_the_pictures_that_are_read(recording, words, capsys, monkeypatch):
+    monkeypatch.chdir(recording)
+    before = {file: file.read_bytes() for file in recording.rglob("*") if file.is_file()}
+    assert cli.main(words) == 2
+    assert "holds pictures that this command reads; give another folder" in capsys.readouterr().err
+    assert {file: file.read_bytes() for file in recording.rglob("*") if file.is_file()} == before
+
+
+def test_a_file_where_a_folder_of_plots_is_wanted_is_called_one(recording, capsys, monkeypatch):
+    monkeypatch.chdir(recording)
+    assert cli.main(["measure", "rec", "--rig", "rig.json", "--output", "out.csv", "--plot", "rig.json"]) == 2
+    assert "--plot: rig.json is a file; give a folder" in capsys.readouterr().err
+
+
+def test_the_plot_of_a_comparison_never_replaces_a_picture_of_the_recording(recording, capsys, monkeypatch):
+    monkeypatch.chdir(recording)
+    (recording / "rec" / "left" / "000001.png").write_bytes(b"a picture")
+    assert cli.main(["compare", "readings.jsonl", "rec", "--plot", "rec/left/000001.png"]) == 2
+    assert "--plot: rec/left/000001.png is read by this command and would be lost" in capsys.readouterr().err
+    assert (recording / "rec" / "left" / "000001.png").read_bytes() == b"a picture"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["measure", "rec", "--rig", "rig.json", "--output", "out.csv", "--plot", "plots"],
+        ["measure", "rec/left", "--method", "conveyor", "--barrier-mm=500", "--output=out.csv", "--plot", "plots"],
+        ["plan", "--sensor=640x512", "--pixel-um=10", "--focal-mm=25", "--distance-m=3", "--output=mounting.png"],
+    ],
+)
+def test_a_plotting_library_that_is_missing_is_named_before_any_work(recording, words, capsys, monkeypatch):
+    monkeypatch.chdir(recording)
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    assert cli.main(words) == 2
+    assert "plots need Matplotlib, which is not installed; install it with: pip install" in capsys.readouterr().err
+    assert not list(recording.glob("out.csv"))
+
+
 def test_a_link_to_an_input_is_that_input(recording, capsys, monkeypatch):
     monkeypatch.chdir(recording)
     os.link("rig.json", "readings.jsonl")
     assert cli.main(["measure", "rec", "--rig", "rig.json", "--output", "readings.jsonl"]) == 2
     assert "would be lost" in capsys.readouterr().err
+
+
+def test_a_device_or_a_pipe_is_never_replaced_by_an_output(recording, capsys, monkeypatch):
+    monkeypatch.chdir(recording)
+    os.mkfifo("out.csv")
+    assert cli.main(["measure", "rec", "--rig", "rig.json", "--output", "out.csv"]) == 2
+    assert "--output: out.csv is a device or a pipe; give the name of a file" in capsys.readouterr().err
+    assert (recording / "out.csv").is_fifo()
 
 
 @pytest.mark.parametrize("name", ["x.xlsx", "-", "readings.feather"])
@@ -75,6 +131,17 @@ def test_a_full_disk_behind_standard_output_is_one_sentence():
     ]
 
 
+@pytest.mark.parametrize("closed", [">&-", "2>&-", "<&- >&- 2>&-"])
+def test_closed_standard_streams_are_no_trouble(closed, tmp_path):
+    config = tmp_path / "gauge.toml"
+    config.write_text("[plc]\nport = 5021\n")
+    shell = f'exec "$0" -m appliance check-config "$1" {closed}'
+    done = subprocess.run(
+        ["sh", "-c", shell, sys.executable, str(config)], capture_output=True, check=False, text=True, timeout=60
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_a_terminal_without_utf8_gets_escapes_and_no_traceback():
     done = run("registers", PYTHONIOENCODING="ascii")
     assert done.returncode == 0
@@ -104,6 +171,7 @@ def test_settings_with_a_byte_order_mark_are_read(tmp_path, capsys):
         ["orient", "rec/left", "--references", "rec", "--output", "absent/out.csv"],
         ["verify", "rec", "--rig", "rig.json", "--diameter", "250", "--output", "absent/page.pdf"],
         ["fuse", "rec/left/000000.jpg", "rec/right/000000.jpg", "--rig", "rig.json", "--output", "absent/out.png"],
+        ["plan", "--sensor=64x64", "--pixel-um=20", "--focal-mm=25", "--distance-m=3", "--output", "absent/out.png"],
     ],
 )
 def test_an_output_that_cannot_be_written_is_named_before_any_work(recording, words, capsys, monkeypatch):

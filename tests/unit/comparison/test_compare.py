@@ -12,6 +12,14 @@ from appliance.comparison.files import EndTruth, read_rows, read_truth
 from appliance.comparison.sizes import Sizes, compared, share_interval
 from appliance.files.row_writer import row_writer
 
+SPOILT = {
+    "deep": "[" * 100_000,
+    "text": '{"frame": 0, "diameter_mm": "x"}',
+    "huge": json.dumps({"frame": 0, "diameter_mm": 10**400}),
+    "frames": '{"frame": [0], "diameter_mm": 1}',
+    "half": '{"frame": 0, "ssim_top": 0.5}',
+    "word": '{"frame": 0, "ssim_top": 0.5, "present": true, "orientation": "left"}',
+}
 ERRORS_MM = [0.10, -0.20, 0.30, 0.0, -1.5]
 
 
@@ -123,6 +131,15 @@ def test_of_csv_the_file_of_ingots_beside_it_belongs_to_it(files, capsys):
     assert "ingots          0 of 2 right, 2 undecided" in capsys.readouterr().out
 
 
+def test_files_that_a_spreadsheet_has_saved_again_are_read(files, capsys):
+    """With a byte-order mark, Windows line ends, and cells behind the last heading."""
+    rows = ["frame,diameter_mm,expanded_uncertainty_mm,valid", "0,100.1,0.25,true,,", "1,99.8,0.25,true,,"]
+    (files / "readings.csv").write_bytes("\r\n".join(rows).encode("utf-8-sig"))
+    (files / "truth.json").write_bytes(b"\xef\xbb\xbf" + (files / "truth.json").read_bytes())
+    assert main(["compare", str(files / "readings.csv"), str(files)]) == 0
+    assert "2 of 2 got a value" in capsys.readouterr().out
+
+
 def test_plots_of_both_kinds_are_drawn(files, capsys):
     assert main(["compare", str(files / "readings.jsonl"), str(files), "--plot", str(files / "sizes.png")]) == 0
     (files / "ends.jsonl").write_text("\n".join(json.dumps(end(frame, "top")) for frame in range(3, 9)))
@@ -145,6 +162,19 @@ def test_plots_of_both_kinds_are_drawn(files, capsys):
         ("readings.jsonl", "empty", "empty: has neither truth.json nor truth.csv; give a recording"),
         ("readings.jsonl", "other.json", "other.json: shares no frame with"),
         ("readings.jsonl", "ends.csv", "readings.jsonl are readings of bars, "),
+        ("deep.jsonl", "truth.json", "deep.jsonl: is neither CSV nor JSON lines of readings"),
+        (
+            "text.jsonl",
+            "truth.json",
+            "text.jsonl: is neither CSV nor JSON lines of readings (row 1: diameter_mm is 'x')",
+        ),
+        ("huge.jsonl", "truth.json", "(row 1: diameter_mm is 1000000000"),
+        ("frames.jsonl", "truth.json", "(row 1: frame is [0])"),
+        ("half.jsonl", "ends.csv", "(row 1: present is missing)"),
+        ("word.jsonl", "ends.csv", "(row 1: orientation is 'left')"),
+        ("readings.jsonl", "deep.jsonl", "deep.jsonl: is no truth"),
+        ("readings.jsonl", "huge.json", "huge.json: is no truth"),
+        ("readings.jsonl", "label.csv", "label.csv: is no truth (frame 0 has the label 'side')"),
         ("readings.jsonl", "truth.json --plot x.gif", "--plot: x.gif is no picture; let its name end in .png, "),
     ],
 )
@@ -152,6 +182,10 @@ def test_trouble_is_one_sentence(files, capsys, readings, truth, said):
     (files / "empty").mkdir()
     (files / "other.json").write_text('{"frames": [{"frame": "000099", "diameter_mm": 10.0}]}')
     (files / "ends.csv").write_text("frame,present,label,state\n0,1,top,placed\n")
+    (files / "label.csv").write_text("frame,present,label,state\n0,1,side,placed\n")
+    (files / "huge.json").write_text(json.dumps({"frames": [{"frame": 0, "diameter_mm": 10**400}]}))
+    for kind, text in SPOILT.items():
+        (files / f"{kind}.jsonl").write_text(text)
     name, *more = truth.split()
     assert main(["compare", str(files / readings), str(files / name), *more]) == 2
     out, err = capsys.readouterr()

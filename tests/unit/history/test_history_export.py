@@ -150,3 +150,12 @@ def test_a_history_is_read_while_it_is_written(config, tmp_path):
         rows = list(history.rows(BARS, START, START + timedelta(days=1)))
     assert [row["bar"] for row in rows] == [1, 2]
     connection.close()
+
+
+def test_a_history_of_which_sqlites_own_message_cannot_be_read_is_one_sentence(config, capsys):
+    file = config.parent / "history" / database.FILE_NAME
+    file.write_bytes(file.read_bytes().replace(b"CREATE TABLE readings", b"CREATE TABL\xe0 readings"))
+    assert export(config, config.parent / "out.csv") == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "history.db: what it says of its tables is damaged" in error

@@ -168,6 +168,18 @@ def test_a_file_that_is_damaged_inside_is_set_aside_at_the_start(made, tmp_path)
     assert aside.stat().st_size == size
 
 
+def test_a_file_of_which_sqlites_own_message_cannot_be_read_is_set_aside_at_the_start(made, tmp_path):
+    """SQLite quotes the damaged bytes of a table's definition, and Python raises no `sqlite3.Error` for them."""
+    file = tmp_path / database.FILE_NAME
+    database.open_to_write(file).close()
+    file.write_bytes(file.read_bytes().replace(b"CREATE TABLE readings", b"CREATE TABL\xe0 readings"))
+    one = made()
+    one.put(reading(1))
+    assert eventually(lambda: one.damage, 5)
+    assert eventually(lambda: count(tmp_path) == 1, 5)
+    assert not one.trouble
+
+
 def test_a_file_of_a_newer_version_is_left_alone(made, tmp_path):
     connection = database.open_to_write(tmp_path / database.FILE_NAME)
     connection.execute(f"PRAGMA user_version = {schema.VERSION + 1}")

@@ -92,6 +92,18 @@ def test_a_top_is_a_wrong_orientation_until_the_line_is_seen_empty_or_with_a_bot
     assert not served.wrong_orientation_at(NOW_S)
 
 
+def test_a_top_is_gone_after_so_many_empty_pictures_in_a_row_and_not_before(served):
+    served.add(ingot_message(current=verdict()))
+    for _ in range(GONE_PICTURES - 1):
+        served.add(ingot_message(present=False))
+    served.add(ingot_message(present=True))
+    for _ in range(GONE_PICTURES - 1):
+        served.add(ingot_message(present=False))
+    assert served.wrong_orientation_at(NOW_S)
+    served.add(ingot_message(present=False))
+    assert not served.wrong_orientation_at(NOW_S)
+
+
 def test_nothing_stands_when_stale_held_or_withdrawn(served):
     served.add(ingot_message(current=verdict()))
     for now_s, held in ((NOW_S + 3, False), (NOW_S, True)):

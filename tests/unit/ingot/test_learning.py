@@ -82,22 +82,42 @@ class Heard:
     dropped = 0
 
     def __init__(self, closed, messages):
-        self._closed, self._left = closed, messages
+        self._closed, self._messages, self.heard = closed, messages, []
 
-    def send(self, _):
-        self._left -= 1
-        if self._left <= 0:
+    def send(self, message):
+        self.heard.append(message)
+        if len(self.heard) >= self._messages:
             self._closed.set()
 
 
-@pytest.mark.parametrize("learn", [True, False])
-def test_the_station_confirms_ends_where_its_setting_says_so(recordings, tmp_path, learn):
-    recording = write_recording(tmp_path / "line", recordings / "ingot_line", EMPTY, BOTTOM)
+@pytest.fixture
+def station(recordings, tmp_path):
+    """Runs the station on a bottom that passes, and returns what it said."""
     for name in ("top.png", "bottom.png", "roi.json"):
         (tmp_path / name).write_bytes((recordings / "ingot_line" / name).read_bytes())
-    settings = IngotSettings.model_validate(
-        {"camera": {"kind": "recording", "path": recording, "rate_hz": 0}, "references": tmp_path, "learn": learn}
-    )
-    closed = threading.Event()
-    run(settings, Heard(closed, len(list(recording.iterdir())) - 8), closed)
+    recording = write_recording(tmp_path / "line", recordings / "ingot_line", EMPTY, BOTTOM)
+
+    def run_station(*, learn):
+        camera = {"kind": "recording", "path": recording, "rate_hz": 0}
+        settings = IngotSettings.model_validate({"camera": camera, "references": tmp_path, "learn": learn})
+        closed = threading.Event()
+        link = Heard(closed, len(list(recording.iterdir())) - 8)
+        run(settings, link, closed)
+        return link.heard
+
+    return run_station
+
+
+@pytest.mark.parametrize("learn", [True, False])
+def test_the_station_confirms_ends_where_its_setting_says_so(station, tmp_path, learn):
+    station(learn=learn)
     assert [len(ends) for ends in read_confirmed(tmp_path)] == ([0, 1] if learn else [0, 0])
+
+
+def test_damaged_confirmed_ends_cost_what_could_be_learned_and_not_the_readings(station, tmp_path):
+    damaged = tmp_path / "learned" / "confirmed.npz"
+    damaged.parent.mkdir()
+    damaged.write_bytes(b"PK no archive")
+    said = station(learn=True)
+    assert any(message.kind == "ingot" and message.reading.orientation == "bottom" for message in said)
+    assert damaged.read_bytes() == b"PK no archive"

@@ -137,6 +137,17 @@ def test_what_has_not_passed_cannot_be_confirmed(work, commands, fails):
     assert work.rig.read_text() == "old rig"
 
 
+def test_what_is_not_calibrated_cannot_be_verified(work, commands):
+    with pytest.raises(CommissioningError, match="monday: not calibrated; calibrate first"):
+        work.verify("monday", "anna", "master", 120.0, 0.0)
+    commands.codes["calibrate"] = 1
+    work.calibrate("monday", "anna")
+    done(work)
+    with pytest.raises(CommissioningError, match="monday: not calibrated; calibrate first"):
+        work.verify("monday", "anna", "master", 120.0, 0.0)
+    assert [words[0] for words in commands.said] == ["calibrate"]
+
+
 def test_a_new_calibration_or_another_file_makes_the_verification_void(work, commands):
     for change in (
         lambda: work.calibrate("monday", "anna"),

@@ -205,6 +205,17 @@ def test_the_source_for_tia_is_the_same_program_in_its_own_notation():
     words = re.findall(r'(?<![\w#."])[a-z_]\w*', code)
     assert set(words) == {"high", "low"}  # named parameters; every variable has its #
     assert "TON_TIME" in block
+    heads = re.findall(r"^FUNCTION (\w+) : (\w+)", codesys, flags=re.MULTILINE)
+    assert re.findall(r'^FUNCTION "(\w+)" : (\w+)', tia, flags=re.MULTILINE) == heads
+    assert heads
+
+
+def test_a_member_says_its_address_its_text_and_its_unit():
+    text = to_structured_text()
+    diameter = re.findall(r"^ +diameter : REAL;.*", text, flags=re.MULTILINE)[0]
+    assert re.search(r"\(\* 16: .+, mm \*\)", diameter)
+    sequence = re.findall(r"^ +sequence : UINT;.*", text, flags=re.MULTILINE)[0]
+    assert re.search(r"\(\* 0: .+ of the block \*\)", sequence), "it has no unit"
 
 
 def test_the_logic_for_rockwell_uses_only_declared_tags_and_closes_what_it_opens():

@@ -1,5 +1,6 @@
 """The register map: its rules, and values encoded and decoded again."""
 
+import ctypes
 import dataclasses
 import math
 import re
@@ -11,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from plc import registers
+from plc.codes import CODES
 from plc.process_image import (
     VALUE_NAMES,
     ProcessImage,
@@ -23,6 +25,16 @@ from plc.process_image import (
 from plc.registers import REGISTERS
 from plc.rows import Register, check
 
+INTEGERS = {"u16": ctypes.c_uint16, "i16": ctypes.c_int16, "u32": ctypes.c_uint32, "u64": ctypes.c_uint64}
+SET_POINT_BOUNDS = {
+    "target_diameter": (10, 655.34),
+    "tolerance_plus": (0.01, 50),
+    "tolerance_minus": (0.01, 50),
+    "steel_temperature": (100, 1400),
+    "expansion_grade": (1, 99),
+    "product_id": (None, None),
+    "plc_heartbeat": (None, None),
+}
 ROWS = {row.name: row for row in REGISTERS}
 BLOCK = [row for row in REGISTERS if row.block == "measurement"]
 RINGS = [row for row in REGISTERS if row.block in {"reading_ring", "ingot_ring"}]
@@ -91,7 +103,35 @@ def test_bits_stand_where_the_design_puts_them():
     assert [ROWS[name].address for name in ALARM_NAMES] == list(range(8))
     assert {ROWS[name].tables for name in ALARM_NAMES} == {("coil", "discrete")}
     assert [ROWS[name].address for name in STATUS_NAMES] == [16, 17, 18, 19, 20]
-    assert [ROWS[name].address for name in ("acknowledge", "hold")] == [32, 33]
+    assert [ROWS[name].address for name in ("acknowledge", "hold", "keep_pictures")] == [32, 33, 42]
+    shelves = [ROWS[f"shelve_{name.removeprefix('alarm_')}"].address for name in ALARM_NAMES]
+    assert shelves == list(range(34, 42))
+
+
+def test_set_points_may_be_what_the_design_allows_and_nothing_beside():
+    """Bounds of the contract with PLC programmers, written down a second time."""
+    bounds = {name: (ROWS[name].lower, ROWS[name].upper) for name in SET_POINT_BOUNDS}
+    assert bounds == SET_POINT_BOUNDS
+
+
+def test_codes_are_the_numbers_of_the_contract():
+    assert {
+        name: {code: text.partition(",")[0] for code, text in codes.texts().items()} for name, codes in CODES.items()
+    } == {
+        "device_state": {0: "good", 1: "maintenance required", 2: "out of specification", 3: "test", 4: "failure"},
+        "validity": {0: "none", 1: "valid", 2: "valid with reasons"},
+        "decision": {0: "none", 1: "in", 2: "out", 3: "undecided"},
+        "ingot_orientation": {0: "none", 1: "top", 2: "bottom", 3: "undecided"},
+        "ingot_validity": {0: "none", 1: "valid", 2: "valid with reasons"},
+    }
+
+
+@pytest.mark.parametrize("row", [row for row in REGISTERS if row.type in INTEGERS], ids=lambda row: row.name)
+def test_integers_hold_what_ctypes_gives_their_words(row):
+    kind = INTEGERS[row.type]
+    lowest, highest = row.raw_range
+    assert [kind(lowest).value, kind(highest).value] == [lowest, highest]
+    assert [kind(lowest - 1).value, kind(highest + 1).value] == [highest, lowest], "one beyond wraps round"
 
 
 def test_the_block_is_120_words_without_a_hole():

@@ -39,6 +39,33 @@ def test_nobody_who_does_not_read_can_stop_the_sender(ends):
     assert 0 < link.dropped < 3000
 
 
+def test_two_threads_that_send_lose_and_repeat_no_message():
+    class Slow:
+        """A connection whose `send` lets other threads run before the bytes are gone."""
+
+        def __init__(self) -> None:
+            self.received = b""
+
+        def send(self, data: bytes, _flags: int) -> int:
+            time.sleep(0.0002)
+            self.received += data
+            return len(data)
+
+    slow = Slow()
+    link = StationLink(slow)
+
+    def send(first: int) -> None:
+        for sequence in range(first, 400, 2):
+            link.send(reading(sequence=sequence))
+
+    threads = [threading.Thread(target=send, args=(first,)) for first in (0, 1)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert sorted(MESSAGES.validate_json(line).sequence for line in slow.received.splitlines()) == list(range(400))
+
+
 def test_what_is_dropped_never_tears_what_is_sent(ends):
     ours, theirs = ends
     theirs.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)

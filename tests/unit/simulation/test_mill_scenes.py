@@ -7,6 +7,7 @@ import pytest
 from appliance.simulation.bars.bars import Bar, levels
 from appliance.simulation.bars.disturbances import Glare, Haze, Post, Shimmer
 from appliance.simulation.bars.line_scene import Scene
+from appliance.simulation.bars.real_line import several_bars
 from appliance.simulation.bars.silhouette import axis_distance
 from appliance.simulation.bars.study_scenes import CONDITIONS, draw, set_up
 from appliance.simulation.sensor import Sensor, coded
@@ -234,3 +235,17 @@ def test_full_colour_jpeg_keeps_red_edges_and_halved_colour_blurs_them():
 def test_out_of_focus_pictures_have_a_wider_core():
     assert set_up("clean", 3).blur.core_px < 1.05
     assert 1.2 <= set_up("clean", 3, effects=["defocus"]).blur.core_px <= 2.2
+
+
+@pytest.mark.parametrize("count", [2, 3, 5])
+def test_bars_side_by_side_fit_between_the_barriers_with_gaps_as_told(count):
+    for seed in range(20):
+        bars = several_bars(seed, count).setup.bars
+        reach_mm = [bar.diameter_mm / 2 for bar in bars]
+        edges_mm = np.array([(bar.offset_mm - r, bar.offset_mm + r) for bar, r in zip(bars, reach_mm, strict=True)])
+        gaps_mm = edges_mm[1:, 0] - edges_mm[:-1, 1]
+        assert len(bars) == count
+        assert ((gaps_mm >= 25) & (gaps_mm <= 50)).all()
+        assert max(bar.diameter_mm for bar in bars) <= 120
+        assert edges_mm[-1, 1] - edges_mm[0, 0] <= 420
+        assert edges_mm[0, 0] == pytest.approx(-edges_mm[-1, 1]), "in the middle of the line"

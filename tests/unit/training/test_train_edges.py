@@ -8,6 +8,9 @@ import pytest
 from scipy import io
 
 from appliance.cli import main as cli
+from appliance.simulation.bars.bars import Bar
+from appliance.simulation.true_rig import default_rig
+from appliance.training import edge_scenes
 from appliance.training.edge_scenes import CROP_PX, UNKNOWN_SEGMENT, edge_examples
 from vision.edges.forest.model import StructuredForest
 
@@ -104,3 +107,16 @@ def test_borders_of_segments_lie_where_the_picture_is_steep():
     assert np.argmax(slope_at) == 4
     # codes are steepest a little on the dark side of where light is halfway
     assert np.average(np.arange(-2, 3), weights=slope_at[2:7]) == pytest.approx(-0.1, abs=0.2)
+
+
+def test_crops_lie_in_the_picture_and_are_of_its_scale():
+    """Corners and sides of each crop by geometry: straight, not larger than 1.2 or smaller than 0.5 pixels a step."""
+    camera = default_rig().left
+    columns, rows = camera.image_size
+    for seed in range(300):
+        places = edge_scenes._places(camera, Bar(150.0), np.array([[5.0, 5.0]]), np.random.default_rng(seed))
+        assert places.min() >= 0
+        assert places[..., 0].max() <= columns - 1
+        assert places[..., 1].max() <= rows - 1
+        steps_px = np.linalg.norm(places[0, 1] - places[0, 0]), np.linalg.norm(places[1, 0] - places[0, 0])
+        assert 0.5 - 1e-9 <= min(steps_px) <= max(steps_px) <= 1.2 + 1e-9

@@ -5,10 +5,19 @@ import pytest
 
 from appliance.simulation.ingots.cast_faces import cast_face
 from appliance.simulation.ingots.faces import LABELS
-from appliance.training.ingot_relief import Batch, batch_of, first_layers, loss_and_slopes, train
+from appliance.training import ingot_relief
+from appliance.training.ingot_relief import (
+    Batch,
+    batch_of,
+    first_layers,
+    loss_and_slopes,
+    train,
+    trained,
+    write,
+)
 from appliance.training.rendered_ends import RenderedLine, random_camera, rendered_end, rendered_line
 from vision.ingot.classifiers.classifier import Face
-from vision.ingot.classifiers.relief import ReliefOdds, relief
+from vision.ingot.classifiers.relief import MODEL, ReliefOdds, relief
 
 SIDE = 64
 
@@ -43,6 +52,12 @@ def line_of_bars(rng):
     return RenderedLine(ends[:2], ends[2:], tops)
 
 
+@pytest.fixture
+def small_batches(monkeypatch):
+    monkeypatch.setattr(ingot_relief, "LINES_A_BATCH", 6)
+
+
+@pytest.mark.usefixtures("small_batches")
 def test_it_learns_what_tops_of_its_lines_have_in_common():
     rng = np.random.default_rng(1)
     lines = [line_of_bars(rng) for _ in range(20)]
@@ -50,6 +65,20 @@ def test_it_learns_what_tops_of_its_lines_have_in_common():
     train(layers, lines, 25, rng)
     loss, _ = loss_and_slopes(layers, batch_of(lines, rng))
     assert loss < 0.3
+
+
+@pytest.mark.usefixtures("small_batches")
+def test_the_command_gives_the_same_file_again(tmp_path):
+    for name in ("first.npz", "second.npz"):
+        write(trained(lines=2, steps=2), tmp_path / name)
+    assert (tmp_path / "first.npz").read_bytes() == (tmp_path / "second.npz").read_bytes()
+
+
+def test_the_network_that_is_shipped_is_small_and_of_the_shape_that_the_command_trains():
+    assert MODEL.stat().st_size < 1_000_000
+    with np.load(MODEL) as model:
+        shapes = [model[f"{kind}{number}"].shape for number in range(6) for kind in "Wb"]
+    assert shapes == [one.shape for pair in first_layers(np.random.default_rng(0)) for one in pair]
 
 
 def test_the_network_that_is_shipped_tells_ends_of_lines_it_has_not_seen():

@@ -9,29 +9,18 @@ silhouette's bias (an edge is a tangent point, not the end of a diameter) does n
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
-from scipy.special import ndtri
 
-from vision.geometry.robust_constants import BIWEIGHT_TUNING, SIGMA_PER_MAD
-from vision.order_statistics import median, quantiles
+from vision.geometry.robust_constants import BIWEIGHT_TUNING
+from vision.sizing.tangent.cylinder_steps import LAG_POINTS, LARGEST_CONDITION, robust_steps, tangent_distance
 
 Array = NDArray[np.float64]
 
-CONVERGED_STEP = 1e-4  # mm and mm per mm: the fit has converged when no parameter changes by more
-QUIET_SHARE = 0.25  # chosen: the quietest quarter of a limb's neighbouring points surely lies on the bar's own edge
-LAG_POINTS = 4  # chosen: points of a limb this far apart, 4 px, share no blur, so that their noise is independent
-# Chosen: the biweight's scale begins with the spread of all points (1.4826 MAD) and is multiplied by 0.7 in each of the
-# first 8 steps, down to 0.6 of that spread or the quietest neighbours' scatter, so that the fit settles on the bar's
-# edge.
-NARROWING_ROUNDS, NARROWING_FACTOR, NARROWEST_FACTOR = 8, 0.7, 0.6
 PLAIN_STEPS = 3  # Gauss-Newton steps without weights
 LAG_WINDOWS = 6  # chosen: windows further apart than 120 mm share no hot air and no patch of scale
 LEAST_WINDOWS = 2  # a single one shows no scatter along the bar
 LEAST_LEFT = 0.3  # chosen: least share of the variance that the limbs' means leave; a few long waves tell little
-LEAST_SCALE_PX = 0.02  # chosen: least scale of the biweight; a chance scatter below it would reject good points
 LEAST_INWARDS = 1.1  # chosen: a smaller factor on residuals inwards is worth less than 0.01 px
-LARGEST_CONDITION = 1e12  # of the scaled normal equations: beyond it the rays fix no cylinder
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -126,28 +115,7 @@ def tangent_distance_mm(parameters: Array, rays: EdgeRays) -> tuple[Array, Array
     jacobian : ndarray of float64, shape (n, 5)
         Derivatives of the gap with respect to the parameters.
     """
-    return _tangent_distance(parameters, rays.origin_mm, rays.direction, rays.side)
-
-
-@njit(nogil=True, cache=True)
-def _tangent_distance(parameters, origin, direction, side):  # type: ignore[no-untyped-def]
-    x0, z0, slope_x, slope_z, R = parameters
-    gap, jacobian = np.empty(side.shape[0]), np.empty((side.shape[0], 5))
-    for i in range(side.shape[0]):
-        s = side[i]
-        v_x, v_y, v_z = direction[i]
-        w_x, w_y, w_z = x0 - origin[i, 0], -origin[i, 1], z0 - origin[i, 2]
-        n_x, n_y, n_z = v_z - slope_z * v_y, slope_z * v_x - slope_x * v_z, slope_x * v_y - v_x  # u x v
-        length = np.sqrt(n_x * n_x + n_y * n_y + n_z * n_z)
-        d = (w_x * n_x + w_y * n_y + w_z * n_z) / length
-        gap[i] = s * d - R
-        jacobian[i, 0] = s * n_x / length
-        jacobian[i, 1] = s * n_z / length
-        # by u: v x w / |n| - (v x n) d / |n|^2
-        jacobian[i, 2] = s * ((v_y * w_z - v_z * w_y) - (v_y * n_z - v_z * n_y) * d / length) / length
-        jacobian[i, 3] = s * ((v_x * w_y - v_y * w_x) - (v_x * n_y - v_y * n_x) * d / length) / length
-        jacobian[i, 4] = -1.0
-    return gap, jacobian
+    return tangent_distance(parameters, rays.origin_mm, rays.direction, rays.side)
 
 
 def touched_points(parameters: Array, rays: EdgeRays) -> tuple[Array, Array]:
@@ -192,32 +160,17 @@ def fit_cylinder(rays: EdgeRays, start: Array, rounds: int = 80) -> CylinderFit 
     CylinderFit or None
         None when the rays do not fix a cylinder.
     """
-    parameters = start
-    near = _near_each_other(rays)
-    scale_px, converged = np.inf, False
-    for step_number in range(rounds):
-        gap, jacobian = tangent_distance_mm(parameters, rays)
-        pixel_per_mm = rays.pixel_per_radian / _depth_mm(parameters, rays)
-        residual_px = gap * pixel_per_mm
-        if step_number < NARROWING_ROUNDS:  # afterwards the scale is fixed, so that the steps converge
-            wide_px = SIGMA_PER_MAD * median(np.abs(residual_px))
-            narrow_px = max(LEAST_SCALE_PX, _local_scatter_px(residual_px, near), NARROWEST_FACTOR * wide_px)
-            scale_px = max(narrow_px, NARROWING_FACTOR**step_number * wide_px)
-        ratio = np.where(residual_px < 0, rays.inwards, 1.0) * residual_px / scale_px
-        weight = _biweight(ratio)
-        normal = _normal_equations(jacobian, weight * pixel_per_mm**2)
-        if normal is None:
-            return None
-        if converged:
-            gain = normal.solved(normal.weighted.T)
-            influence = gain * gap * (weight.mean() / _slope(ratio).mean())
-            covariance = _clustered_covariance(influence, rays)
-            inwards_mm = 2 * (parameters[4] - _alike_radius_mm(rays, parameters, rounds))
-            return CylinderFit(parameters, covariance, residual_px, pixel_per_mm, weight, scale_px, gain, inwards_mm)
-        step = -normal.solved(normal.weighted.T @ gap)
-        parameters = parameters + step
-        converged = step_number >= NARROWING_ROUNDS and bool(np.all(np.abs(step) < CONVERGED_STEP))
-    return None
+    arrays = rays.origin_mm, rays.direction, rays.side, rays.pixel_per_radian, rays.inwards, _near_each_other(rays)
+    found, parameters, gap, jacobian, pixel_per_mm, residual_px, weight, scale_px = robust_steps(arrays, start, rounds)
+    normal = _normal_equations(jacobian, weight * pixel_per_mm**2) if found else None
+    if normal is None:
+        return None
+    ratio = np.where(residual_px < 0, rays.inwards, 1.0) * residual_px / scale_px
+    gain = normal.solved(normal.weighted.T)
+    influence = gain * gap * (weight.mean() / _slope(ratio).mean())
+    covariance = _clustered_covariance(influence, rays)
+    inwards_mm = 2 * (parameters[4] - _alike_radius_mm(rays, parameters, rounds))
+    return CylinderFit(parameters, covariance, residual_px, pixel_per_mm, weight, scale_px, gain, inwards_mm)
 
 
 def _alike_radius_mm(rays: EdgeRays, parameters: Array, rounds: int) -> float:
@@ -254,23 +207,6 @@ def nearest_cylinder(rays: EdgeRays, start: Array) -> Array:
 def _near_each_other(rays: EdgeRays) -> NDArray[np.bool_]:
     """Which points are in the same window as the one `LAG_POINTS` points further."""
     return (rays.limb[LAG_POINTS:] == rays.limb[:-LAG_POINTS]) & (rays.window[LAG_POINTS:] == rays.window[:-LAG_POINTS])
-
-
-def _local_scatter_px(residual_px: Array, near: NDArray[np.bool_]) -> float:
-    """Standard deviation of the quietest residuals against those a few points further in the same window."""
-    differences = np.abs(residual_px[LAG_POINTS:] - residual_px[:-LAG_POINTS])[near]
-    if not differences.size:
-        return 0.0
-    return float(quantiles(differences, (QUIET_SHARE,))[0] / (np.sqrt(2) * ndtri((1 + QUIET_SHARE) / 2)))
-
-
-def _depth_mm(parameters: Array, rays: EdgeRays) -> Array:
-    to_axis = np.array([parameters[0], 0.0, parameters[1]]) - rays.origin_mm
-    return np.maximum(np.einsum("ij,ij->i", to_axis, rays.direction), 1.0)
-
-
-def _biweight(ratio: Array) -> Array:
-    return np.where(np.abs(ratio) < BIWEIGHT_TUNING, (1 - (ratio / BIWEIGHT_TUNING) ** 2) ** 2, 0.0)
 
 
 def _slope(ratio: Array) -> Array:

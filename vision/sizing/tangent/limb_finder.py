@@ -7,6 +7,7 @@ Profiles run across it from the dark side to the bar.
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from vision.compression import compression_shift_px
@@ -126,6 +127,7 @@ class LimbFinder:
     def __init__(self, view: int, camera: Camera, decoder: Decoder, region_y_mm: tuple[float, float]) -> None:
         self._view = view
         self._camera = camera
+        self._lens = tuple(np.ascontiguousarray(part) for part in (camera.R, camera.t, camera.K, camera.dist))
         self._decoder = decoder
         self._region_y_mm = region_y_mm
 
@@ -245,24 +247,11 @@ class LimbFinder:
         self, line: Array, side: int, span_mm: tuple[float, float], spacing_px: float
     ) -> tuple[Array, Array, Array]:
         """Points along a line on the plane, the unit vectors from there into the bar, and their y."""
-        ends_y_mm = np.array(span_mm)
-        ends = self._project(_at(line, ends_y_mm), ends_y_mm)
+        ends, _ = _across_limb(self._lens, line, side, np.array(span_mm))
         length_px = float(np.linalg.norm(ends[1] - ends[0]))
         count = max(2, int(length_px / spacing_px)) if np.isfinite(length_px) else 2
         y_mm = np.linspace(*span_mm, count)
-        x_mm = _at(line, y_mm)
-        point, ahead, inward = np.split(
-            self._project(
-                np.concatenate([x_mm, _at(line, y_mm + 1.0), x_mm - side]), np.concatenate([y_mm, y_mm + 1.0, y_mm])
-            ),
-            3,
-        )
-        along = _unit(ahead - point)
-        into = inward - point
-        return point, _unit(into - np.sum(into * along, axis=1, keepdims=True) * along), y_mm
-
-    def _project(self, x_mm: Array, y_mm: Array) -> Array:
-        return self._camera.project(np.column_stack([x_mm, y_mm, np.full(len(y_mm), PLANE_HEIGHT_MM)]))
+        return *_across_limb(self._lens, line, side, y_mm), y_mm
 
     def _on_plane(self, point_px: Array) -> Array:
         centre, direction = self._camera.centre_mm, self._camera.rays(point_px)
@@ -278,9 +267,42 @@ def _shown_levels(picture: SentPicture, point: Array, shares: tuple[float, ...])
     return quantiles(shown[y, x], shares) if x.size else [np.zeros(shown.shape[2]) for _ in shares]
 
 
-def _at(line: Array, y_mm: Array) -> Array:
-    return line[0] * y_mm + line[1]
+@njit(nogil=True, cache=True)
+def _across_limb(lens, line, side, y_mm):  # type: ignore[no-untyped-def]
+    """Pixels of points on a limb's line, and the unit vectors from there into the bar, at a right angle to the limb."""
+    point, normal = np.empty((y_mm.shape[0], 2)), np.empty((y_mm.shape[0], 2))
+    for i in range(y_mm.shape[0]):
+        y = y_mm[i]
+        x = line[0] * y + line[1]
+        here_x, here_y = _pixel(lens, x, y)
+        ahead_x, ahead_y = _pixel(lens, line[0] * (y + 1.0) + line[1], y + 1.0)
+        inward_x, inward_y = _pixel(lens, x - side, y)
+        along_x, along_y = _unit(ahead_x - here_x, ahead_y - here_y)
+        into_x, into_y = inward_x - here_x, inward_y - here_y
+        along = into_x * along_x + into_y * along_y
+        point[i, 0], point[i, 1] = here_x, here_y
+        normal[i, 0], normal[i, 1] = _unit(into_x - along * along_x, into_y - along * along_y)
+    return point, normal
 
 
-def _unit(vector: Array) -> Array:
-    return vector / np.linalg.norm(vector, axis=1, keepdims=True)
+@njit(nogil=True, cache=True, error_model="numpy")
+def _unit(x, y):  # type: ignore[no-untyped-def]
+    length = np.sqrt(x * x + y * y)
+    return x / length, y / length
+
+
+@njit(nogil=True, cache=True)
+def _pixel(lens, x_mm, y_mm):  # type: ignore[no-untyped-def]
+    """Where a point of the grid's plane appears, `Camera.project` for one point; NaN behind the camera."""
+    R, t, K, dist = lens
+    depth = R[2, 0] * x_mm + R[2, 1] * y_mm + R[2, 2] * PLANE_HEIGHT_MM + t[2]
+    if not depth > 0.0:
+        return np.nan, np.nan
+    x = (R[0, 0] * x_mm + R[0, 1] * y_mm + R[0, 2] * PLANE_HEIGHT_MM + t[0]) / depth
+    y = (R[1, 0] * x_mm + R[1, 1] * y_mm + R[1, 2] * PLANE_HEIGHT_MM + t[1]) / depth
+    k1, k2, p1, p2, k3 = dist
+    r2 = x * x + y * y
+    radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
+    shown_x = x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x)
+    shown_y = y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y
+    return shown_x * K[0, 0] + K[0, 2], shown_y * K[1, 1] + K[1, 2]

@@ -83,13 +83,15 @@ def test_fourier_fusion_takes_from_each_view_the_frequencies_that_are_stronger_t
     assert strength == pytest.approx([0.20, 0.20, 0.10], abs=0.015)
 
 
-def test_fourier_fusion_is_algorithm_14_written_down_with_numpy():
-    left, right = noise((1, 48, 63)), noise((1, 48, 63), seed=1)
+@pytest.mark.parametrize(("rows", "columns"), [(48, 63), (59, 65), (59, 48), (48, 65)])
+def test_fourier_fusion_is_algorithm_14_written_down_with_numpy(rows, columns):
+    """Even and odd lengths, 64, 75, 80 and 81 with their strips, which OpenCV packs in different ways."""
+    left, right = noise((1, rows, columns)), noise((1, rows, columns), seed=1)
     first, second = (np.fft.fft2(continued(planes)[0].astype(np.float64)) for planes in (left, right))
     of_first = np.abs(first) > np.abs(second)
     magnitude = np.where(of_first, np.abs(first), np.abs(second))
     phase = np.where(of_first, np.angle(first), np.angle(second))
-    expected = np.fft.ifft2(magnitude * np.exp(1j * phase)).real[:48, :63]
+    expected = np.fft.ifft2(magnitude * np.exp(1j * phase)).real[:rows, :columns]
     np.testing.assert_allclose(fuse_spectra(left, right)[0], expected, rtol=0, atol=2e-5)
 
 
@@ -135,13 +137,14 @@ def test_no_seam_shows_where_opposite_borders_differ():
 
 @pytest.mark.parametrize("name", WAVELETS)
 @pytest.mark.parametrize("approximation", ["average", "larger"])
-def test_wavelet_fusion_keeps_the_larger_of_the_coefficients_that_pywavelets_gives(name, approximation):
-    left, right = noise((80, 91)), noise((80, 91), seed=1)
-    first, second = (pywt.wavedec2(picture.astype(np.float64), wavelet(name), level=1) for picture in (left, right))
+@pytest.mark.parametrize("levels", [1, 2])
+def test_wavelet_fusion_keeps_the_larger_of_the_coefficients_that_pywavelets_gives(name, approximation, levels):
+    left, right = noise((150, 161)), noise((150, 161), seed=1)
+    first, second = (pywt.wavedec2(one.astype(np.float64), wavelet(name), level=levels) for one in (left, right))
     expected = [0.5 * (first[0] + second[0]) if approximation == "average" else larger(first[0], second[0])]
-    expected += [tuple(larger(*bands) for bands in zip(first[1], second[1], strict=True))]
-    fused = fuse(left, right, name, scales=Scales(1, "larger", approximation))
-    np.testing.assert_allclose(fused, pywt.waverec2(expected, wavelet(name))[:80, :91], rtol=0, atol=1e-5)
+    expected += [tuple(map(larger, *details)) for details in zip(first[1:], second[1:], strict=True)]
+    fused = fuse(left, right, name, scales=Scales(levels, "larger", approximation))
+    np.testing.assert_allclose(fused, pywt.waverec2(expected, wavelet(name))[:150, :161], rtol=0, atol=1e-5)
 
 
 def larger(a, b):
