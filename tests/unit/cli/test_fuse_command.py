@@ -62,7 +62,7 @@ def test_as_printed_algorithm_14_has_no_strip(folder):
     for words in ((), ("--as-printed",)):
         assert fuse(folder, "left.png", "right.png", "--height", "90", *words) == 0
         pictures.append(cv2.imread(str(folder / "fused.png")).astype(int))
-    assert 0 < np.abs(pictures[0] - pictures[1]).max() < 60  # ripples of the steps from border to border
+    assert np.abs(pictures[0] - pictures[1]).mean() > 0.5  # ripples of the steps from border to border
 
 
 def test_both_aligned_views_and_edges_are_drawn(folder, tmp_path):
