@@ -18,8 +18,6 @@ import cv2
 import rivals
 from timing import Row
 
-from appliance.processes.resource_limits import keep_freed_memory
-
 KEPT = Path(__file__).with_name("ratios.json")
 TABLE = (
     (partial(rivals.gauge, rivals.SMALL), 9),
@@ -55,7 +53,6 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--keep", action="store_true", help="write this run's ratios as those of the release")
     keep = parser.parse_args().keep
-    keep_freed_memory()  # as a station does; rivals in this process gain by it too
     releases = json.loads(KEPT.read_text(encoding="utf-8")) if KEPT.exists() else {}
     kept = list(releases.values())[-1] if releases and not keep else {}
     print("ms on the clock and of the processor; then how many times longer the rival takes; last, the ratio kept")

@@ -13,7 +13,6 @@ import numpy as np
 from mill_scenes import perfect_rig
 from timing import Times, timed
 
-from appliance.processes.resource_limits import keep_freed_memory
 from appliance.simulation.bars.bars import Bar
 from appliance.simulation.bars.line_scene import Scene
 from appliance.simulation.boards.board_pictures import board_light
@@ -65,7 +64,6 @@ def stages(gauge: Gauge, pair: tuple[np.ndarray, np.ndarray]) -> dict[str, Times
 
 def main() -> None:
     argparse.ArgumentParser(description=__doc__.splitlines()[0]).parse_args()
-    keep_freed_memory()  # as a station does
     for size in SIZES:
         true_rig = default_rig(size)
         scene = Scene(true_rig, seed=1)

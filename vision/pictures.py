@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 Picture = NDArray[np.uint8]
 
 COLOURED_RANGE, COLOURED_SHARE = 40, 0.1  # chosen: a tenth of the pixels, channels 40 codes apart: not nearly grey
+TINTED_RANGE = 16  # chosen: of a palette's dark end; a grey camera's tint is less
+PALETTE_COLOURS = 256  # of a palette of 8-bit values; four times as many pixels of a scene show more
 LEAST_CORRELATION = 0.5  # chosen: channels of a scene's light rise together, those of a palette take turns
 
 
@@ -74,7 +76,8 @@ def is_false_colour(picture: Picture) -> bool:
     """Whether a picture's colours are a palette's, as thermal cameras make them of one value a pixel.
 
     Light that grows makes all channels brighter. A palette lets channels rise and fall in turn, so that some two of
-    them do not go together over the picture.
+    them do not go together over the picture. One whose channels all rise, as of hot iron, is known by its few colours,
+    as long as no coder has mixed them.
 
     Parameters
     ----------
@@ -83,8 +86,11 @@ def is_false_colour(picture: Picture) -> bool:
     if picture.ndim == 2:
         return False
     some = picture[::4, ::4].reshape(-1, 3).astype(np.float64)
-    coloured = np.ptp(some, axis=1) > COLOURED_RANGE
-    if np.mean(coloured) < COLOURED_SHARE:
+    apart = np.ptp(some, axis=1)
+    colours = np.unique(some @ [1.0, 256.0, 65536.0])
+    if len(colours) <= PALETTE_COLOURS and len(some) >= 4 * PALETTE_COLOURS:
+        return bool(np.mean(apart > TINTED_RANGE) >= COLOURED_SHARE)
+    if np.mean(apart > COLOURED_RANGE) < COLOURED_SHARE:
         return False
     spread = some.std(axis=0) > 1.0
     correlation = np.corrcoef(some[:, spread].T) if spread.sum() > 1 else np.ones((1, 1))

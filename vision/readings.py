@@ -59,6 +59,10 @@ class SizeReading:
         Parts of the standard uncertainty (k = 1) of the diameter.
     u_motion_mm : float
         The share of `u_model_mm` that comes from a bar that may have moved between both exposures.
+    u_range_mm : float
+        The share of `u_model_mm` that comes from a laser's range; 0 without one.
+    range_gap_mm : float
+        How far the laser's point lies outside of the cylinder that the cameras see; NaN without a point on the bar.
     width_left_mm, width_right_mm : float
         Width of the bar across the left and the right camera's line of sight.
     camber_mm : float
@@ -80,7 +84,7 @@ class SizeReading:
     marks_moved_px : float
         Distance that the still marks of the camera that moved more have moved since the calibration.
     method : str
-        Route that gave `diameter_mm`.
+        Route that gave `diameter_mm`: "tangent", "range" (one camera beside a laser), "virtual-board" or "conveyor".
     """
 
     diameter_mm: float = math.nan
@@ -100,6 +104,8 @@ class SizeReading:
     u_shape_mm: float = math.nan
     u_model_mm: float = math.nan
     u_motion_mm: float = math.nan
+    u_range_mm: float = math.nan
+    range_gap_mm: float = math.nan
     width_left_mm: float = math.nan
     width_right_mm: float = math.nan
     camber_mm: float = math.nan

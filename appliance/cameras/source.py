@@ -69,6 +69,8 @@ class FramePair:
         True values of a simulated scene (`diameter_mm`, ...); never read by a gauge.
     sent : tuple of two SentPicture, or None
         Both pictures with their coding, where that is more than `left` and `right` tell.
+    range_mm : float
+        Range that a laser beside the cameras measured at this moment; NaN without one.
     """
 
     left: NDArray[np.uint8]
@@ -86,6 +88,7 @@ class FramePair:
     stretch: int = 0
     truth: dict[str, object] | None = field(default=None, compare=False)
     sent: tuple[SentPicture, SentPicture] | None = field(default=None, compare=False)
+    range_mm: float = float("nan")
 
     @property
     def synchronous(self) -> bool:

@@ -172,6 +172,15 @@ FAULTS: tuple[FaultRow, ...] = (
         off_after_s=CALM_S,
     ),
     FaultRow(
+        113,
+        "range_lost",
+        DeviceState.MAINTENANCE_REQUIRED,
+        logging.WARNING,
+        "the laser beside the cameras does not answer; the cameras measure without it",
+        "check its power and network, and host, port, unit_id and address of sizing.range",
+        bit=23,
+    ),
+    FaultRow(
         201,
         "rig_unusable",
         DeviceState.FAILURE,

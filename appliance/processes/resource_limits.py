@@ -1,15 +1,11 @@
 """Limits of a measuring process: its memory, and its place in the kernel's order when memory runs out."""
 
 import contextlib
-import ctypes
 import faulthandler
 import resource
 from pathlib import Path
 
 EXIT_OUT_OF_MEMORY = 12  # exit code; the number of ENOMEM
-M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3  # parameters of glibc's mallopt, malloc.h
-LARGEST_KEPT_BYTES = 32 << 20  # the most that glibc allows, and more than any array of a 2704 x 1520 picture has
-KEPT_BYTES = 256 << 20  # chosen: more than a frame needs at once
 OOM_SCORE = "500"  # chosen, of 1000: the kernel kills a station before the supervisor, whose score is 0
 
 
@@ -27,15 +23,3 @@ def limit_process(memory_max_mb: int) -> None:
     resource.setrlimit(resource.RLIMIT_DATA, (wanted if hard < 0 else min(wanted, hard), hard))
     with contextlib.suppress(OSError):  # kernels without OOM scores lack the file
         Path("/proc/self/oom_score_adj").write_text(OOM_SCORE, encoding="ascii")
-
-
-def keep_freed_memory() -> None:
-    """Have glibc keep what a frame frees for the next one.
-
-    Else it gives large arrays back, and each page of the next frame's costs a fault: FFT fusion takes twice as long.
-    Other C libraries, which lack the parameters, stay as they are.
-    """
-    with contextlib.suppress(AttributeError):
-        mallopt = ctypes.CDLL(None).mallopt
-        mallopt(M_MMAP_THRESHOLD, LARGEST_KEPT_BYTES)
-        mallopt(M_TRIM_THRESHOLD, KEPT_BYTES)

@@ -19,7 +19,7 @@ from appliance.cameras.liveness import Verdict
 from appliance.cameras.source import CameraError
 from appliance.processes.link import StationLink
 from appliance.processes.message import StateMessage
-from appliance.processes.resource_limits import EXIT_OUT_OF_MEMORY, keep_freed_memory, limit_process
+from appliance.processes.resource_limits import EXIT_OUT_OF_MEMORY, limit_process
 
 LEAVE_TIME_S = 2.0  # chosen: a loop that has not returned so long after the link's close hangs; the process exits
 REOPEN_AFTER_S = 5.0  # chosen: cameras whose frames were rejected for longer are closed and opened again
@@ -56,7 +56,6 @@ def serve(
         with connection.makefile("rb", buffering=0) as lines:  # without a buffer: what follows belongs to the listener
             settings = settings_type.validate_json(lines.readline())
         limit_process(settings.memory_max_mb)
-        keep_freed_memory()
         closed = threading.Event()
         link = StationLink(connection)
         threading.Thread(target=_listen, args=(connection, link, closed), daemon=True).start()

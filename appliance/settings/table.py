@@ -125,7 +125,8 @@ def _allowed(field: _JsonSchema) -> str:
     if choices:
         return " or ".join(f'"{choice}"' for choice in choices)
     kind = field.get("anyOf", [field])[0]
-    lists = {"string": 'a list ["...", ...]', "number": "a list [left, right]"}
+    places = "a list [x, y, z]" if kind.get("minItems") == 3 else "a list [left, right]"
+    lists = {"string": 'a list ["...", ...]', "number": places}
     names = {
         "integer": "a whole number",
         "number": "a number",

@@ -2,7 +2,7 @@
 
 Run as `python -m appliance.mill.renderer LINK RING SLOTS SEED`: the descriptors of a connected socket and of shared
 memory with room for that many pairs. Each line received, `SLOT FRAME`, frees a slot and names the earliest frame
-that is still wanted; each line sent, as JSON, names a slot that holds a pair, its frame and its truth. The end of
+that is still wanted; each line sent, as JSON, names a slot that holds a pair, its frame, truth and range. The end of
 the link ends the process, so it never outlives the one that asked for it.
 """
 
@@ -16,9 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from appliance.simulation.bars.bars import bar_at, truth
+from appliance.simulation.bars.laser import MILL_DIRECTION, MILL_ORIGIN_MM, Laser
 from appliance.simulation.bars.line_scene import Scene
 from appliance.simulation.sensor import Sensor
 from appliance.simulation.true_rig import default_rig
+
+LASER_STREAM = 0x6C61  # of random numbers, beside those of the pictures
 
 
 def slots_of(ring: int, slots: int, image_size: tuple[int, int]) -> NDArray[np.uint8]:
@@ -35,14 +38,17 @@ def main() -> None:
     rig = default_rig()
     ring = slots_of(ring_number, slots, rig.left.image_size)
     scene = Scene(rig, seed, Sensor())
+    laser = Laser(MILL_ORIGIN_MM, MILL_DIRECTION)
     orders = _Orders(link)
     frame = 0
     while (slot := orders.next_slot()) is not None:
         frame = max(frame, orders.wanted)
         bar = bar_at(seed, frame)
         ring[slot] = scene.pair(bar, frame)
+        range_mm = laser.range_mm(bar, np.random.default_rng([seed, frame, LASER_STREAM]))
+        drawn = {"slot": slot, "frame": frame, "truth": truth(bar), "range_mm": range_mm}
         try:
-            link.sendall(json.dumps({"slot": slot, "frame": frame, "truth": truth(bar)}).encode() + b"\n")
+            link.sendall(json.dumps(drawn).encode() + b"\n")
         except OSError:
             return
         frame += 1

@@ -57,15 +57,16 @@ def _exposures(recording: Path) -> Iterator[FramePair | Frame]:
         return
     stamps = read_stamps(recording)
     for number, left, right in Recording(recording):
-        left_us, right_us, stamped = stamps[number]
+        stamp = stamps[number]
         yield FramePair(
             left.shown,
             right.shown,
             sequence=number,
-            left_us=left_us,
-            right_us=right_us,
+            left_us=stamp.left_us,
+            right_us=stamp.right_us,
             exposed_monotonic_s=0.0,
             exposed_utc_ms=0,
-            stamped=stamped,
+            stamped=stamp.stamped,
             sent=(left, right),
+            range_mm=stamp.range_mm,
         )

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from appliance.cameras.source import PairSource, PictureSource
     from appliance.processes.preview import Lines
+    from appliance.sizing.range_sensor.sensor import RangeSensor
     from vision.readings import SizeReading
 
 
@@ -199,6 +200,10 @@ class SizingMethod(Section, ABC):
     @abstractmethod
     def make_source(self) -> "PairSource | PictureSource":
         """Make the source of pictures, not opened yet; raises `CameraError` if a library that it needs is missing."""
+
+    @abstractmethod
+    def make_range_sensor(self) -> "RangeSensor":
+        """Make the laser beside the cameras, not opened yet; one that measures nothing where there is none."""
 
     @abstractmethod
     def make_gauge(self, on_usable: Callable[[], None], /) -> TimedReader:

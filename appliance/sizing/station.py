@@ -120,12 +120,13 @@ def _measure(
 ) -> None:
     gauge = ready.gauge
     preview = PreviewWriter("sizing")
-    with source:
+    with source, settings.make_range_sensor() as laser:
         liveness = Liveness(settings.liveness, time.monotonic(), numbered=source.simulated)
         bars, stretch = SideBySide(), 0
         guard = ExposureGuard(settings.exposure, adjustable=isinstance(source, Adjustable))
         while not closed.is_set():
-            exposed = source.next(PAIR_TIMEOUT_S)
+            newest = source.next(PAIR_TIMEOUT_S)
+            exposed = newest and laser.beside(newest)
             exposure = exposed and Exposure.from_source(exposed)
             verdict = liveness.judge(exposure, time.monotonic())
             if exposed is None or exposure is None or not verdict.counts:
@@ -149,6 +150,7 @@ def _measure(
             reading = message.reading
             preview.offer(_shown(exposed), partial(gauge.lines, reading), _figures(reading, exposed))
             faults = verdict.faults | _exposure_faults(guard, reading, exposed, source) | _heat(settings, exposed)
+            faults |= laser.faults
             more = {"faults": faults, "not_kept": black_box.trouble, "adjustment_mm": _added_mm(settings, adjusted)}
             link.send(message.model_copy(update=more | {"scale_sha256": ready.scale_sha256}))
 

@@ -203,9 +203,27 @@ def _scale_along_an_edge() -> Numbers:
     return (*_whole(1 - found["covered"]), str(found["frames"]))
 
 
+def _between_barriers() -> Numbers:
+    """Lines of both studies, those of other makers, and by what is given: served, inside U, errors over 2 U."""
+    own, elsewhere = (result(name)["rows"] for name in ("conveyor", "conveyor_elsewhere"))
+    numbers = [str(len(own) + len(elsewhere)), str(len(elsewhere))]
+    for given in ("with_heights", "barrier_height", "spacing_only"):
+        readings = [row[given] for row in own + elsewhere]
+        off = [abs(one["error_mm"]) / one["expanded_mm"] for one in readings if one["valid"]]
+        shares = len(off) / len(readings), sum(share <= 1 for share in off) / len(off)
+        numbers += [*(f"{100 * share:.1f}" for share in shares), str(sum(share > 2 for share in off))]
+    return tuple(numbers)
+
+
+def _no_such_line() -> Numbers:
+    kinds = summary("no_such_line").values()
+    values = sum(kind[shown]["values"] for kind in kinds for shown in ("itself", "striped", "elsewhere"))
+    return str(len(result("no_such_line")["rows"])), str(values)
+
+
 README, CAMERAS, PLC = "README.md", "docs/guides/cameras.md", "docs/guides/plc.md"
-DIAMETER, REAL_LINE, UNCERTAINTY, VIRTUAL_BOARD = (
-    f"docs/methods/{name}.md" for name in ("diameter", "real_line", "expanded_uncertainty", "virtual_board")
+CONVEYOR, DIAMETER, REAL_LINE, UNCERTAINTY, VIRTUAL_BOARD = (
+    f"docs/methods/{name}.md" for name in ("conveyor", "diameter", "real_line", "expanded_uncertainty", "virtual_board")
 )
 SENTENCES = (
     Sentence(
@@ -297,6 +315,14 @@ SENTENCES = (
         "Of two, three and four bars side by side {} ± {}, {} ± {} and {} ± {} % of the values lie inside U, after "
         "turns of a camera by 0.05 and 0.02 degrees {} ± {} and {} ± {} %",
     ),
+    Sentence(
+        CONVEYOR,
+        _between_barriers,
+        "Over all {} lines, {} of them of other makers, {} % got a value with both heights given, {} % of these "
+        "inside U, {} off by more than 2 U; with W and the barriers' height {} %, {} % and {}; with W alone {} %, "
+        "{} % and {}.",
+    ),
+    Sentence(CONVEYOR, _no_such_line, "{} pictures that show no line between barriers gave {} values"),
     Sentence(REAL_LINE, _line_wrong, "Wrong values: {} of {}."),
     Sentence(
         REAL_LINE,

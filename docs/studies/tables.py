@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 from camera_tables import CAMERA_TABLES
 from edge_tables import EDGE_TABLES
+from future_tables import FUTURE_TABLES
 from results import Rows, Summary, length, lengths, percent, summary
 
 
@@ -198,45 +199,40 @@ def conveyor() -> Rows:
         "barrier_height": "W, barriers' height",
         "spacing_only": "W alone",
     }
-    head = (
-        *("the camera looks", "given", "got a value", "RMSE mm", "at 165 mm", "bias mm", "worst mm"),
-        *("error <= U", "median U mm", "wrong values"),
-    )
     found = summary("conveyor")
-    return [head, *(_conveyor_row(looks[a], given[b], found[a][b]) for a in looks for b in given)]
+    rows = [_conveyor_row(looks[a], given[b], found[a][b]) for a in looks for b in given]
+    return [("the camera looks", *CONVEYOR_HEAD), *rows]
 
 
-def _conveyor_row(looks: str, given: str, found: Summary) -> tuple[str, ...]:
+CONVEYOR_HEAD = (
+    *("given", "got a value", "RMSE mm", "bias mm", "worst mm"),
+    *("error <= U", "median U mm", "errors over 2 U"),
+)
+
+
+def _conveyor_row(line: str, given: str, found: Summary) -> tuple[str, ...]:
+    bias = f"{found['bias_mm']:+.2f} ± {found['bias_standard_error_mm']:.2f}"
     return (
-        *(looks, given, f"{found['valid']} of {found['frames']}"),
-        *(length(found[name]) for name in ("rmse_mm", "rmse_at_165_mm")),
-        *(length(found["bias_mm"], "+.2f"), length(found["worst_mm"]), percent(found["covered"], 1)),
-        *(length(found["median_expanded_mm"]), str(found["wrong_values"])),
+        *(line, given, f"{found['valid']} of {found['lines']}", length(found["rmse_mm"]), bias),
+        *(length(found["worst_mm"]), percent(found["inside"], 1)),
+        *(length(found["median_expanded_mm"]), str(found["errors_over_twice_expanded"])),
     )
 
 
 def conveyor_elsewhere() -> Rows:
     """Lines between barriers of other makers."""
+    lines = {"rollers": "over rollers, standing or hanging", "plain": "hanging over a plain floor"}
     given = {
+        "lower_edge_given": "W, both heights, lower edge, response",
         "with_heights": "W, both heights, response",
         "barrier_height": "W, barriers' height, response",
         "barrier_height_without_an_empty_picture": "the same, no empty picture",
         "spacing_only": "W, response",
         "barrier_height_response_not_given": "W, barriers' height; response taken for 1",
     }
-    rows = [
-        (
-            *(
-                given[name],
-                f"{found['valid']} of {found['lines']}",
-                *map(length, (found["rmse_mm"], found["worst_mm"])),
-            ),
-            *(percent(found["within_expanded"], 1), length(found["median_expanded_mm"])),
-            str(found["errors_over_twice_expanded"]),
-        )
-        for name, found in summary("conveyor_elsewhere").items()
-    ]
-    return [("given", "got a value", "RMSE mm", "worst mm", "error <= U", "median U mm", "errors over 2 U"), *rows]
+    found = summary("conveyor_elsewhere")
+    rows = [_conveyor_row(lines[a], given[b], found[a][b]) for a in lines for b in given]
+    return [("barriers", *CONVEYOR_HEAD), *rows]
 
 
 def virtual_board() -> Rows:
@@ -380,4 +376,5 @@ TABLES: dict[str, Callable[[], Rows]] = {
     "ingots": ingots,
     **CAMERA_TABLES,
     **EDGE_TABLES,
+    **FUTURE_TABLES,
 }

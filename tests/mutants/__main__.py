@@ -27,7 +27,7 @@ START_S = 120.0
 
 
 def chosen(executed: Executed, mutant: Mutant, *, all_of_them: bool = False) -> list[str]:
-    """Tests for a mutant: of files that import its module first, then the shortest; bounded in number and seconds.
+    """Tests for a mutant: of files that import its module first, then of its room; bounded in number and seconds.
 
     Of a line that runs on import, all tests of files that import its module are among them.
     """
@@ -36,8 +36,14 @@ def chosen(executed: Executed, mutant: Mutant, *, all_of_them: bool = False) -> 
     importing = {file for file in executed.files if _imports(executed.copy / file, module)}
     if mutant.line not in executed.lines.get(mutant.file, {}):
         tests = tests | {test for test in executed.seconds if test.partition("::")[0] in importing}
+    room = mutant.file.partition("/")[0]
+
+    def distance(test: str) -> tuple[bool, bool, float]:
+        file = test.partition("::")[0]
+        return file not in importing, room not in file.split("/"), executed.seconds[test]
+
     found, total_s = list[str](), 0.0
-    for test in sorted(tests, key=lambda test: (test.partition("::")[0] not in importing, executed.seconds[test])):
+    for test in sorted(tests, key=distance):
         total_s += executed.seconds[test]
         if found and not all_of_them and (total_s > MOST_SECONDS or len(found) == MOST):
             break

@@ -75,7 +75,7 @@ def run_tests(
     """
     with tempfile.TemporaryDirectory() as folder:
         words = ["-q", "-p", "no:cacheprovider", *options, *tests]
-        process = PROCESSES.Process(target=_run, args=(copy, words, Path(folder), compile_anew))
+        process = PROCESSES.Process(target=_run, args=(copy, words, Path(folder), compile_anew, limit_s))
         process.start()
         process.join(limit_s)
         code = process.exitcode
@@ -86,9 +86,10 @@ def run_tests(
         return Ending(code, **json.loads(report.read_text(encoding="utf-8") if report.exists() else "{}"))
 
 
-def _run(copy: Path, words: list[str], folder: Path, compile_anew: bool) -> None:
+def _run(copy: Path, words: list[str], folder: Path, compile_anew: bool, limit_s: float) -> None:
     os.setsid()
     os.chdir(copy)
+    resource.setrlimit(resource.RLIMIT_CPU, (int(limit_s), int(limit_s)))  # also when nobody waits any more
     resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY_BYTES, MOST_MEMORY_BYTES))
     sys.modules["__main__"] = ModuleType("__main__")  # what the tests spawn does not load this module again
     silent = os.open(os.devnull, os.O_RDWR)

@@ -40,13 +40,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m mutants.result", description=__doc__)
     parser.add_argument("lines", nargs="*", type=Path, help="outputs of `python -m mutants`; none: count anew")
     parser.add_argument("--seed", type=int, help="that they were drawn with")
+    parser.add_argument("--commit", help="of the code that they are changes of; without: the one that is checked out")
     given = parser.parse_args()
     before = json.loads(RESULT.read_text(encoding="utf-8")) if RESULT.exists() else {"rows": []}
     verdicts = {place(row): row["verdict"] for row in before["rows"] if "verdict" in row}
     lines = [line for file in given.lines for line in file.read_text(encoding="utf-8").splitlines()]
     rows = [json.loads(line) for line in lines] or before["rows"]
     rows = [row | ({"verdict": verdicts[place(row)]} if place(row) in verdicts else {}) for row in rows]
-    words = ["git", "rev-parse", "HEAD"]
+    words = ["git", "rev-parse", given.commit or "HEAD"]
     now = subprocess.run(words, cwd=RESULT.parent, capture_output=True, text=True, check=True).stdout.strip()
     head = {"study": "mutants", "text": TEXT, "seed": given.seed, "commit": now, "cases": len(rows)}
     if not lines:

@@ -1,6 +1,7 @@
 """A camera that dies for more than an hour and comes back: what the gauge writes to its journal."""
 
 import contextlib
+import os
 import tempfile
 import time
 from pathlib import Path
@@ -11,16 +12,16 @@ from stream_gauge import SIZE, measures, settings, starting
 
 TEXT = (
     "Both cameras are one RTSP server (GStreamer, H.264, 800 x 600) on loopback; the gauge measures, the server is "
-    "gone for 65 minutes and comes back. goes: lines of the journal in the first minute. after: lines of the 64 "
-    "minutes after it. comes_back: lines from the server's start until 10 s after the fault is over."
+    "gone and comes back. goes: lines of the journal in the first minute. after: lines of the minutes after it. "
+    "comes_back: lines from the server's start until 10 s after the fault is over. load: average of the computer then."
 )
 REPEATABLE = False  # an hour of processes and a network
 GOES_S = 60
-AFTER_MIN = 64
+AFTER_MIN = (64, 1)
 
 
 def cases():
-    return [{"after_min": AFTER_MIN}]
+    return [{"after_min": minutes} for minutes in AFTER_MIN]
 
 
 def run(case):
@@ -40,9 +41,11 @@ def run(case):
             assert gauge.said_within("camera_lost is over", 60), gauge.lines
             time.sleep(10)
             comes_back = gauge.take_lines()
+            load = round(os.getloadavg()[0], 1)
             code = gauge.stop()
-    return {"goes": len(goes), "after": len(after), "comes_back": len(comes_back), "exit_code": code}
+    counts = {"goes": len(goes), "after": len(after), "comes_back": len(comes_back)}
+    return counts | {"exit_code": code, "load": load}
 
 
 def summary(rows):
-    return rows[0]
+    return {f"{row['after_min']} min": row for row in rows}

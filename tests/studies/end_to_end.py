@@ -90,11 +90,11 @@ def measured(gauge, wire, seconds, rate_hz):
     asking = threading.Thread(target=lambda: waits_s.extend(load.ask_every(PERIOD_S, seconds)))
     first, before_s, begun_s = look(wire), processor_s(pids), time.monotonic()
     asking.start()
-    latencies_s, memory_mb, sequences = [], [], {first["sequence"]}
+    latencies_s, memory_mb, exposures = [], [], {None, first["timestamp"]}
     while (passed_s := time.monotonic() - begun_s) < seconds:
         seen, now_s = look(wire), time.time()
-        if seen["sequence"] not in sequences:
-            sequences.add(seen["sequence"])
+        if seen["timestamp"] not in exposures:
+            exposures.add(seen["timestamp"])
             latencies_s.append(now_s - seen["timestamp"] / 1000)
         if passed_s >= len(memory_mb) * seconds / SAMPLES:
             memory_mb.append({name: status_mb(pid, "VmRSS") for name, pid in pids.items()})

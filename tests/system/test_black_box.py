@@ -26,6 +26,8 @@ from appliance.sizing.stereo.rig_file import save_rig
 from appliance.sizing.stereo.settings import SizingSettings
 from plc.registers import SET_POINTS
 
+pytestmark = pytest.mark.waiting
+
 SIDES = ("left", "right")
 COUNT = 8
 HISTORY_NOT_WRITTEN = 1 << 29

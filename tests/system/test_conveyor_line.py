@@ -2,6 +2,7 @@
 
 import time
 
+import pytest
 from plc_view import look, wait_for
 from running import free_port, running
 
@@ -9,6 +10,8 @@ from appliance.simulation.bars.bars import Bar, bar_at
 from appliance.simulation.thermal_line import ThermalLine, thermal_camera
 from appliance.simulation.write_recording import write_thermal_recording
 from plc.poll import poll
+
+pytestmark = pytest.mark.waiting
 
 SEED = 11
 SETTINGS = """

@@ -9,6 +9,7 @@ import time
 import pytest
 from running import HOTGAUGE
 
+from appliance.cameras.genicam import device
 from appliance.cameras.genicam.device import Aravis, connected
 from appliance.cameras.genicam.settings import GenicamCamera, GenicamPictures
 from appliance.cameras.genicam.source import GenicamPictureSource, GenicamSource
@@ -136,3 +137,8 @@ def test_the_cameras_that_are_connected_are_listed_with_what_they_send():
     assert "Mono8" in line
     assert "MTU" in line
     assert {row.split()[0] for row in said.splitlines()} == {"genicam", "oak", "stream"}
+
+
+@pytest.mark.parametrize(("packet_bytes", "advised"), [(576, True), (1500, True), (1501, False), (8164, False)])
+def test_packets_that_any_network_card_takes_come_with_advice_and_jumbo_frames_without(packet_bytes, advised):
+    assert ("MTU" in device._packet_hint(packet_bytes)) == advised

@@ -14,6 +14,8 @@ from running import free_port, running
 from plc.process_image import decode
 from plc.registers import INGOT_RING
 
+pytestmark = pytest.mark.waiting
+
 SETTINGS = """
 [plc]
 port = {port}

@@ -12,6 +12,8 @@ from running import free_port
 
 from plc.registers import REGISTERS
 
+pytestmark = pytest.mark.waiting
+
 STARTED_S = 150
 PICTURES = "/var/lib/hotgauge/pictures"
 PICTURE_NICENESS = 10

@@ -16,6 +16,8 @@ from running import HOTGAUGE, Appliance, free_port, running
 
 from plc.registers import REGISTERS
 
+pytestmark = pytest.mark.waiting
+
 ADDRESS = next(row.address for row in REGISTERS if row.name == "diameter")
 
 

@@ -20,6 +20,8 @@ from running import HOTGAUGE, free_port
 from appliance.service import systemd as service
 from appliance.service.install import FILES, PAGE_UNIT, UNIT, InstallError, install, remove
 
+pytestmark = pytest.mark.waiting
+
 REPOSITORY = Path(__file__).parents[2]
 
 

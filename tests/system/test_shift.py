@@ -15,6 +15,8 @@ from appliance.simulation.bars.bars import bar_at
 from plc.client import Plc
 from plc.poll import Snapshot
 
+pytestmark = pytest.mark.waiting
+
 SEED = 5
 SCAN_S = 0.02
 FIRST_BAR_MM = bar_at(SEED, 0).diameter_mm

@@ -66,6 +66,23 @@ def alignment_quality(left: BarOutline, right: BarOutline, rows: Array) -> Quali
     return Quality(float(math.copysign(100.0 * common, -offset)), float(offset))
 
 
+def offsets_px(left: BarOutline, right: BarOutline, rows: Array) -> Array:
+    """Middle of the left view's outline minus that of the right view's, across the bar, row by row.
+
+    Parameters
+    ----------
+    left, right : BarOutline
+        The right one already aligned.
+    rows : ndarray of float64, shape (n,)
+
+    Returns
+    -------
+    ndarray of float64, shape (n,)
+    """
+    (a, b), (c, d) = (_sides(outline, rows) for outline in (left, right))
+    return 0.5 * (a + b - c - d)
+
+
 def _sides(outline: BarOutline, rows: Array) -> tuple[Array, Array]:
     first, second = (_column(edge, rows) for edge in (outline.first, outline.second))
     return first, second

@@ -2,8 +2,18 @@
 
 Corners are kept as ideal points (x/z, y/z) of each camera, without the lens' distortion: there, and only there, a
 straight line in space is a straight line in the picture.
+
+Both boards seen by one camera give the homographies H_low and H_high of their planes, and with equal first two columns,
+which are the same directions in space, the third column of their difference is what a rise by h_high - h_low adds.
+So every plane z = h + s_x x + s_y y has the homography
+
+    H(h, s) = H_low + v [s_x, s_y, h - h_low],   v = (H_high - H_low) [0, 0, 1]' / (h_high - h_low),
+
+from the two boards alone. `VirtualBoards.corners` is the same, corner by corner: the depths that weight both boards are
+the third components of H_low and H_high, which the calibrated cameras know too.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Self
 
@@ -72,6 +82,9 @@ class VirtualBoards:
         Heights of the two real boards.
     places_mm : ndarray of float64, shape (n, 2)
         x, y of the corners on the line.
+    tilt_deg : float
+        Of the line against the boards, see `Rig.along_line`; heights then count along the line's own z, and a level
+        board is parallel to the line.
     """
 
     left: BoardPair
@@ -79,6 +92,7 @@ class VirtualBoards:
     low_mm: float
     high_mm: float
     places_mm: Array
+    tilt_deg: float = 0.0
 
     @classmethod
     def of_rig(cls, rig: Rig) -> Self:
@@ -91,6 +105,7 @@ class VirtualBoards:
         ----------
         rig : Rig
         """
+        tilt_deg, rig = rig.tilt_deg, rig.along_line(0.0)
         names = ("left_low", "right_low", "left_high", "right_high")
         counts = {len(rig.boards.get(name, ())) for name in names}
         seen = rig.boards if len(counts) == 1 and counts != {0} else _projected(rig)
@@ -98,7 +113,7 @@ class VirtualBoards:
             _pair(camera, seen[f"{side}_low"], seen[f"{side}_high"], rig)
             for side, camera in (("left", rig.left), ("right", rig.right))
         )
-        return cls(left, right, rig.low_mm, rig.high_mm, _places_mm(rig.left, left))
+        return cls(left, right, rig.low_mm, rig.high_mm, _places_mm(rig.left, left), tilt_deg)
 
     def corners(
         self, height_mm: float, *, projective: bool = True, slope: tuple[float, float] = LEVEL
@@ -122,7 +137,9 @@ class VirtualBoards:
         tuple of two ndarray of float64, shape (n, 2)
             Ideal points (x/z, y/z) of the left and of the right camera, corner by corner.
         """
-        share = (height_mm + self.places_mm @ np.array(slope) - self.low_mm) / (self.high_mm - self.low_mm)
+        rise = math.tan(math.radians(self.tilt_deg))
+        raised_mm = height_mm * math.hypot(1.0, rise) + self.places_mm @ (np.array(slope) + np.array([0.0, rise]))
+        share = (raised_mm - self.low_mm) / (self.high_mm - self.low_mm)
         return self.left.at(share, projective=projective), self.right.at(share, projective=projective)
 
 

@@ -48,6 +48,9 @@ class Rig:
         False when no registration picture fixed the world frame: the frame is then the left camera's own.
     marks : tuple of two Marks
         Still marks in the left and in the right picture; none when the rig was made without registration pictures.
+    tilt_deg : float
+        How much the line rises along y against the boards, degrees; not 0 for a rig that `along_line` has turned, whose
+        frame is the line's.
     """
 
     left: Camera
@@ -63,6 +66,29 @@ class Rig:
     residual_px: float
     has_world: bool = True
     marks: tuple[Marks, Marks] = (NO_MARKS, NO_MARKS)
+    tilt_deg: float = 0.0
+
+    @property
+    def line_axes(self) -> NDArray[np.float64]:
+        """Axes of the line in the boards' frame, shape (3, 3): a row for each of x, y and z."""
+        sine, cosine = np.sin(np.deg2rad(self.tilt_deg)), np.cos(np.deg2rad(self.tilt_deg))
+        return np.array([[1.0, 0.0, 0.0], [0.0, cosine, sine], [0.0, -sine, cosine]])
+
+    def along_line(self, tilt_deg: float) -> "Rig":
+        """Return the rig in the frame of a line that is not parallel to the boards.
+
+        The frame turns about its x axis until y runs along the line; the covariance, which is of the cameras' own
+        axes, stays. The boards stay where they lie.
+
+        Parameters
+        ----------
+        tilt_deg : float
+            How much the line rises along y against the boards, degrees; 0: the boards' own frame.
+        """
+        turned = replace(self, tilt_deg=tilt_deg)
+        turn = self.line_axes @ turned.line_axes.T
+        left, right = (replace(camera, R=camera.R @ turn) for camera in (self.left, self.right))
+        return replace(turned, left=left, right=right)
 
     @property
     def baseline_mm(self) -> float:

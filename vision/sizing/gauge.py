@@ -30,6 +30,7 @@ from vision.calibration.rig import Rig
 from vision.calibration.still_marks import MarksMotion
 from vision.edges.operators import Edges
 from vision.fusion.names import Fusion
+from vision.geometry.surface_point import SurfacePoint
 from vision.readings import SizeReading, of_all_bars
 from vision.reasons import Reason
 from vision.sent_picture import Codes, SentPicture
@@ -105,7 +106,12 @@ class Gauge:
         return of_all_bars(readings)
 
     def measure_bars(
-        self, left: SentPicture | Codes, right: SentPicture | Codes, *, synchronous: bool = False
+        self,
+        left: SentPicture | Codes,
+        right: SentPicture | Codes,
+        *,
+        synchronous: bool = False,
+        point: SurfacePoint | None = None,
     ) -> tuple[SizeReading, ...]:
         """Diameters of all bars side by side in one pair of pictures; errors as in `measure`.
 
@@ -114,6 +120,9 @@ class Gauge:
         left, right : SentPicture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
         synchronous : bool
             Whether time stamps prove that both cameras exposed together.
+        point : SurfacePoint or None
+            Where a laser meets the one bar: combined with what both views show, or `routes_disagree`; where only one
+            view shows the bar, its diameter follows from that view and the point (`limb_hidden`).
 
         Returns
         -------
@@ -126,7 +135,7 @@ class Gauge:
         pictures = checked_pair(self._rig, left, right)
         outlines = self._tangent.outlines(*pictures)
         motions = self._motions(*pictures)
-        readings = self._readings(pictures, outlines, motions, synchronous=synchronous)
+        readings = self._readings(pictures, outlines, motions, synchronous=synchronous, point=point)
         moved_px = float(np.fmax(motions[0].moved_px, motions[1].moved_px))
         return tuple(replace(reading, marks_moved_px=moved_px) for reading in readings)
 
@@ -137,23 +146,28 @@ class Gauge:
         motions: tuple[MarksMotion, MarksMotion],
         *,
         synchronous: bool,
+        point: SurfacePoint | None,
     ) -> tuple[SizeReading, ...]:
         moved = _reasons_of_move(max(np.nan_to_num([motion.moved_px for motion in motions])))
         found = one_bar(outlines)
-        if isinstance(found, Reason) and Reason.SEVERAL_BARS not in found:
+        alone = _only_outline(outlines) if point is not None else None
+        if isinstance(found, Reason) and Reason.SEVERAL_BARS not in found and alone is None:
             return (SizeReading(reasons=found | moved),)
         if moved.forbids_value:
             return (SizeReading(reasons=moved),)
         turns = (camera_turn(self._rig.left, motions[0]), camera_turn(self._rig.right, motions[1]))
+        if point is not None and alone is not None:
+            reading = self._tangent.measure_one_view(alone[0], pictures[alone[0]], alone[1], point, turns)
+            return (replace(reading, reasons=reading.reasons | moved),)
         still = synchronous and not any(math.isnan(motion.moved_px) for motion in motions)
         measure_bar = partial(self._tangent.measure_bar, *pictures, turns=turns, synchronous=still)
         if isinstance(found, Reason):
             readings = self._side_by_side(outlines, measure_bar)
         elif Reason.CALIBRATION_DUE in moved:  # route V does not allow for cameras that have turned
-            readings = (measure_bar(found),)
+            readings = (measure_bar(found, point=point),)
         else:
             beside = self._beside.submit(self._virtual_board.measure_bar, *pictures, found)
-            readings = (judged(measure_bar(found), beside.result()),)
+            readings = (judged(measure_bar(found, point=point), beside.result()),)
         return tuple(replace(reading, reasons=reading.reasons | moved) for reading in readings)
 
     def _side_by_side(
@@ -178,6 +192,12 @@ class Gauge:
         beside = self._beside.submit(marks[0].motion, left.shown)
         right_motion = marks[1].motion(right.shown)
         return beside.result(), right_motion
+
+
+def _only_outline(outlines: tuple[list[Outline], list[Outline]]) -> tuple[int, Outline] | None:
+    """The view that alone shows a bar, and the bar's outline; None where both or neither do, or it shows several."""
+    counts = [len(view) for view in outlines]
+    return None if sorted(counts) != [0, 1] else (counts.index(1), outlines[counts.index(1)][0])
 
 
 def _wholly_seen(reading: SizeReading) -> SizeReading:

@@ -231,8 +231,8 @@ class _Stamps:
         if number not in self._table:
             raise CameraError(f"{self._path}: no row for frame {number}; complete the file or remove it")
         moved_us = lap * _lap_us(self._table)
-        left_us, right_us, stamped = self._table[number]
-        return Stamps(left_us + moved_us, right_us + moved_us, stamped)
+        stamps = self._table[number]
+        return stamps._replace(left_us=stamps.left_us + moved_us, right_us=stamps.right_us + moved_us)
 
 
 def _lap_us(table: dict[int, Stamps]) -> int:

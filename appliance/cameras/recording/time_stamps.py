@@ -2,12 +2,13 @@
 
 Columns: `frame`, `left_us` and `right_us` (µs), and `stamped`: 1 where both stamps are of one clock that the cameras
 share and so prove how far apart the exposures were, 0 where this computer estimated them. Without that column they are
-the cameras' own.
+the cameras' own. `range_mm`, where there is such a column, is what a laser beside the cameras measured at that moment.
 """
 
 import csv
 import io
 import itertools
+import math
 import statistics
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -18,6 +19,7 @@ from appliance.cameras.source import CameraError, FramePair
 STAMPS_FILE = "timestamps.csv"
 FRAME_PERIOD_S = 0.04  # of a recording without time stamps: 25 frames a second
 COLUMNS = ("frame", "left_us", "right_us", "stamped")
+RANGE_COLUMN = "range_mm"
 
 
 class Stamps(NamedTuple):
@@ -28,17 +30,19 @@ class Stamps(NamedTuple):
     left_us, right_us : int
         Device time stamps of the left and the right exposure, µs.
     stamped : bool
+    range_mm : float
         As in `FramePair`.
     """
 
     left_us: int
     right_us: int
     stamped: bool
+    range_mm: float = math.nan
 
     @classmethod
     def of(cls, pair: FramePair) -> Self:
         """Those of a pair, without its pictures."""
-        return cls(pair.left_us, pair.right_us, pair.stamped)
+        return cls(pair.left_us, pair.right_us, pair.stamped, pair.range_mm)
 
 
 def read_stamps(folder: Path) -> dict[int, Stamps]:
@@ -55,10 +59,7 @@ def read_stamps(folder: Path) -> dict[int, Stamps]:
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             rows = list(csv.DictReader(file))
-        return {
-            int(row["frame"]): Stamps(int(row["left_us"]), int(row["right_us"]), bool(int(row.get("stamped", 1))))
-            for row in rows
-        }
+        return {int(row["frame"]): _stamps(row) for row in rows}
     except (OSError, ValueError, KeyError, TypeError, csv.Error) as error:
         raise CameraError(
             f"{path}: not a table of whole numbers with the columns frame,left_us,right_us ({error!r}); "
@@ -66,12 +67,25 @@ def read_stamps(folder: Path) -> dict[int, Stamps]:
         ) from error
 
 
+def _stamps(row: dict[str, str]) -> Stamps:
+    return Stamps(
+        int(row["left_us"]),
+        int(row["right_us"]),
+        bool(int(row.get("stamped", 1))),
+        float(row.get(RANGE_COLUMN) or math.nan),
+    )
+
+
 def stamps_table(stamps: Mapping[int, Stamps]) -> bytes:
-    """Content of a `timestamps.csv`, by frame."""
+    """Content of a `timestamps.csv`, by frame; with ranges, to the last digit, where a laser measured any."""
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
-    table.writerow(COLUMNS)
-    table.writerows((number, one.left_us, one.right_us, int(one.stamped)) for number, one in stamps.items())
+    with_ranges = any(math.isfinite(one.range_mm) for one in stamps.values())
+    table.writerow((*COLUMNS, RANGE_COLUMN) if with_ranges else COLUMNS)
+    for number, one in stamps.items():
+        range_mm = repr(one.range_mm) if math.isfinite(one.range_mm) else ""
+        row = (number, one.left_us, one.right_us, int(one.stamped))
+        table.writerow((*row, range_mm) if with_ranges else row)
     return text.getvalue().encode()
 
 

@@ -24,7 +24,7 @@ from appliance.simulation.sensor import Sensor
 from appliance.simulation.true_rig import default_rig
 
 Picture = NDArray[np.uint8]
-Drawn = tuple[int, Picture, Picture, dict[str, object]]  # frame, left, right, truth
+Drawn = tuple[int, Picture, Picture, dict[str, object], float]  # frame, left, right, truth, range
 
 EXPOSURE_US = 500.0
 PRINT_STREAM, DETECTOR_STREAM = 1, 2  # of random numbers: a board's errors know nothing of its pictures' noise
@@ -119,7 +119,7 @@ class MillSource:
     def _moment_s(self, frame: int) -> float:
         return time.monotonic() if self._rate_hz == 0 else self._start_s + frame / self._rate_hz
 
-    def _pair(self, frame: int, left: Picture, right: Picture, truth: dict[str, object]) -> FramePair:
+    def _pair(self, frame: int, left: Picture, right: Picture, truth: dict[str, object], range_mm: float) -> FramePair:
         self._dropped += frame - self._last - 1
         same_slot = self._prepared_frames > 0 and (frame - self._last) % self._prepared_frames == 0
         repeated = same_slot and self._last >= 0
@@ -139,6 +139,7 @@ class MillSource:
             repeated=repeated,
             stamped=True,
             truth=truth,
+            range_mm=range_mm,
         )
 
     def observe_boards(self) -> BoardCorners:
@@ -201,7 +202,7 @@ class _Renderer:
         """A frame of the loop that the slots hold, by its number in an endless line of loops."""
         drawn = self._drawn[number % self._slots]
         left, right = self._ring[drawn["slot"]].copy()
-        return number, left, right, drawn["truth"]
+        return number, left, right, drawn["truth"], drawn["range_mm"]
 
     def receive(self, timeout_s: float) -> None:
         """Wait for news of drawn pairs; raises `CameraError` when the process has ended."""
@@ -228,7 +229,7 @@ class _Renderer:
             return None
         left, right = self._ring[newest["slot"]].copy()
         self._free(newest["slot"], wanted=latest + 1)
-        return newest["frame"], left, right, newest["truth"]
+        return newest["frame"], left, right, newest["truth"], newest["range_mm"]
 
     def _free(self, slot: int, wanted: int) -> None:
         with contextlib.suppress(OSError):  # that the process has ended is told when its news are read

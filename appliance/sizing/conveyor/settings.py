@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from appliance.cameras.source import PictureSource
+    from appliance.sizing.range_sensor.sensor import RangeSensor
 
 
 class ConveyorLine(Section):
@@ -81,6 +82,12 @@ class ConveyorSettings(SizingMethod):
     def make_source(self) -> "PictureSource":
         """Make the source of single pictures; see `SizingMethod.make_source`."""
         return self.camera.make_source()
+
+    def make_range_sensor(self) -> "RangeSensor":
+        """None: one camera has its scale from the barriers; see `SizingMethod.make_range_sensor`."""
+        from appliance.sizing.range_sensor.sensor import NoRangeSensor
+
+        return NoRangeSensor()
 
     @property
     def scale_file(self) -> Path | None:

@@ -1,6 +1,7 @@
 """The stereo gauge with its computing time, which `vision` must not read, and error sentences for a wrong rig."""
 
 import io
+import math
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -23,6 +24,7 @@ from vision.edges.operators import EdgeOptions
 from vision.fusion.names import Fusion
 from vision.geometry.camera import Camera
 from vision.geometry.measuring_plane import PLANE_HEIGHT_MM
+from vision.geometry.surface_point import SurfacePoint
 from vision.readings import SizeReading
 from vision.sent_picture import Codes, SentPicture
 from vision.sizing.gauge import Gauge
@@ -93,7 +95,12 @@ class TimedGauge(Generic[Reading_co]):
         return readings[0], elapsed_ms
 
     def measure_bars(
-        self, left: SentPicture | Codes, right: SentPicture | Codes, *, synchronous: bool = False
+        self,
+        left: SentPicture | Codes,
+        right: SentPicture | Codes,
+        *,
+        synchronous: bool = False,
+        point: SurfacePoint | None = None,
     ) -> tuple[tuple[Reading_co, ...], float]:
         """Measure one pair: a reading for each bar side by side, from smaller x, and computing time, ms.
 
@@ -102,6 +109,8 @@ class TimedGauge(Generic[Reading_co]):
         left, right : SentPicture, or ndarray of uint8 or uint16, shape (rows, columns) or (rows, columns, 3)
         synchronous : bool
             Whether time stamps prove that both cameras exposed together.
+        point : SurfacePoint or None
+            Where a laser meets the bar.
 
         Raises
         ------
@@ -111,11 +120,7 @@ class TimedGauge(Generic[Reading_co]):
         of_bars = getattr(self._gauge, "measure_bars", None)  # a gauge of one bar has none
         if of_bars is None:
             return self._timed(lambda *pictures: (self._gauge.measure(*pictures),), left, right)
-        return self._timed(partial(of_bars, synchronous=synchronous), left, right)
-
-    def measure_exposed(self, exposed: FramePair) -> tuple[tuple[Reading_co, ...], float]:
-        """Measure an exposure with what its time stamps tell; see `measure_bars`."""
-        return self.measure_bars(*exposed.pictures, synchronous=exposed.synchronous)
+        return self._timed(partial(of_bars, synchronous=synchronous, point=point), left, right)
 
     def _timed(
         self, measure: Callable[..., tuple[Reading_co, ...]], left: SentPicture | Codes, right: SentPicture | Codes
@@ -147,6 +152,54 @@ class TimedGauge(Generic[Reading_co]):
             )
 
 
+class RangeRay(NamedTuple):
+    """The beam of a laser beside the cameras; see `RangeSettings`.
+
+    Attributes
+    ----------
+    origin_mm, direction : sequence of float
+        x, y, z in the rig's frame.
+    u_mm : float
+        Standard uncertainty of the spot's place.
+    """
+
+    origin_mm: Sequence[float]
+    direction: Sequence[float]
+    u_mm: float
+
+    def point(self, range_mm: float, rig: Rig) -> SurfacePoint | None:
+        """Where the spot lies, in the line's frame; None without a range.
+
+        Parameters
+        ----------
+        range_mm : float
+        rig : Rig
+            Along the line.
+        """
+        if not math.isfinite(range_mm):
+            return None
+        origin_mm, direction = (rig.line_axes @ np.array(place) for place in (self.origin_mm, self.direction))
+        return SurfacePoint.at(origin_mm, direction, range_mm, self.u_mm)
+
+
+class LineSetup(NamedTuple):
+    """How the line lies against the boards, and what stands beside it.
+
+    Attributes
+    ----------
+    tilt_deg : float
+        Rise along y against the boards; see `Rig.along_line`.
+    ray : RangeRay or None
+        Beam of a laser beside the cameras, in the boards' frame.
+    """
+
+    tilt_deg: float = 0.0
+    ray: RangeRay | None = None
+
+
+USUAL_LINE = LineSetup()
+
+
 class StationGauge(TimedGauge[SizeReading]):
     """The gauge of a station: another process can make it again and go on where it was.
 
@@ -156,16 +209,31 @@ class StationGauge(TimedGauge[SizeReading]):
         As for `TimedGauge`.
     forest : StructuredForest or None
         Of route V's edges; None: the shipped one.
+    ray : RangeRay or None
+        Beam of a laser beside the cameras.
     """
 
-    def __init__(self, rig: Rig, name: str, make: Callable[[Rig], Gauge], forest: StructuredForest | None) -> None:
+    def __init__(
+        self,
+        rig: Rig,
+        name: str,
+        make: Callable[[Rig], Gauge],
+        forest: StructuredForest | None,
+        ray: RangeRay | None = None,
+    ) -> None:
         super().__init__(rig, name, make)
         self._forest = forest
+        self._ray = ray
+
+    def measure_exposed(self, exposed: FramePair) -> tuple[tuple[SizeReading, ...], float]:
+        """Measure an exposure with what its time stamps and its range tell; see `measure_bars`."""
+        point = None if self._ray is None else self._ray.point(exposed.range_mm, self._rig)
+        return self.measure_bars(*exposed.pictures, synchronous=exposed.synchronous, point=point)
 
     @property
     def scale_files(self) -> Sequence[ScaleFile]:
         """The rig file, and the forest where it is not the shipped one; see `TimedReader.scale_files`."""
-        rig = ScaleFile("rig", "rig.json", self._rig.to_json().encode())
+        rig = ScaleFile("rig", "rig.json", self._rig.along_line(0.0).to_json().encode())
         if self._forest is None:
             return (rig,)
         content = io.BytesIO()
@@ -203,7 +271,9 @@ class RouteV(NamedTuple):
 USUAL_ROUTE_V = RouteV()
 
 
-def rig_file_gauge(path: Path, ovality_mm: float | None, route_v: RouteV = USUAL_ROUTE_V) -> StationGauge:
+def rig_file_gauge(
+    path: Path, ovality_mm: float | None, route_v: RouteV = USUAL_ROUTE_V, line: LineSetup = USUAL_LINE
+) -> StationGauge:
     """Make the gauge of a rig file; raises `RigError` as `load_rig` and `TimedGauge` do.
 
     Parameters
@@ -212,11 +282,18 @@ def rig_file_gauge(path: Path, ovality_mm: float | None, route_v: RouteV = USUAL
     ovality_mm : float or None
         Largest ovality of the product: greatest minus least width of a cross section; None: what is usual.
     route_v : RouteV
+    line : LineSetup
     """
-    return pair_gauge(load_rig(path), str(path), ovality_mm, route_v)
+    return pair_gauge(load_rig(path), str(path), ovality_mm, route_v, line)
 
 
-def pair_gauge(rig: Rig, name: str, ovality_mm: float | None, route_v: RouteV = USUAL_ROUTE_V) -> StationGauge:
+def pair_gauge(
+    rig: Rig,
+    name: str,
+    ovality_mm: float | None,
+    route_v: RouteV = USUAL_ROUTE_V,
+    line: LineSetup = USUAL_LINE,
+) -> StationGauge:
     """Make the gauge of a rig, by both routes; raises `RigError` as `TimedGauge` does, and `EdgeModelError`.
 
     Parameters
@@ -227,11 +304,12 @@ def pair_gauge(rig: Rig, name: str, ovality_mm: float | None, route_v: RouteV = 
     ovality_mm : float or None
         Largest ovality of the product: greatest minus least width of a cross section; None: what is usual.
     route_v : RouteV
+    line : LineSetup
     """
     forest = None if route_v.edge_model is None else load_edge_model(route_v.edge_model)
     edges = EdgeOptions(method=route_v.edges, forest=forest)
     make = partial(Gauge, ovality_mm=ovality_mm, edges=edges, fusion=route_v.fusion)
-    return StationGauge(rig, name, make, forest)
+    return StationGauge(rig.along_line(line.tilt_deg), name, make, forest, line.ray)
 
 
 def _lines(camera: Camera, region_y_mm: tuple[float, float], reading: SizeReading) -> list[Line]:

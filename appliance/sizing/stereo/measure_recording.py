@@ -1,6 +1,7 @@
 """Measures a recording frame by frame and writes what it found as JSON lines or CSV."""
 
 import contextlib
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from appliance.cameras.source import together
 from appliance.files.atomic_file import whole_file
 from appliance.files.row_writer import row_writer
 from appliance.sizing.reading_rows import COLUMNS, Judge, ReadingRows, unjudged
+from appliance.sizing.stereo.fitted_tilt import fitted_along_line
 from appliance.sizing.stereo.gauge import Measures, TimedGauge
 from appliance.sizing.stereo.plots import Plots
 from appliance.sizing.stereo.rig_file import RigError, load_rig
@@ -37,6 +39,7 @@ def measure_recording(
     *,
     judge: Judge = unjudged,
     plots: Path | None = None,
+    tilt_deg: float = 0.0,
 ) -> list[str]:
     """Measure every frame of a recording; the output appears whole or not at all. Lines of a summary.
 
@@ -54,13 +57,15 @@ def measure_recording(
         Compares each reading with what is wanted.
     plots : Path, optional
         Folder for plots.
+    tilt_deg : float
+        Rise of the line along y against the boards; NaN: fitted from the bars.
 
     Raises
     ------
     CameraError
         The recording is missing or a picture cannot be read.
     RigError
-        The rig is missing, malformed, or for pictures of another size.
+        The rig is missing, malformed, or for pictures of another size; no bar shows the tilt that is to be fitted.
     PlotsMissingError
         `plots` is given and the plotting library is not installed.
     OSError
@@ -68,7 +73,10 @@ def measure_recording(
     """
     drawing = Plots(plots) if plots is not None else None
     served = ServedPlots(plots) if plots is not None else None
-    calibrated = load_rig(rig)
+    calibrated, told = load_rig(rig).along_line(0.0 if math.isnan(tilt_deg) else tilt_deg), []
+    if math.isnan(tilt_deg):
+        calibrated = fitted_along_line(calibrated, recording)
+        told = [f"the line rises by {calibrated.tilt_deg:.2f} degrees along y against the boards"]
     gauge = AnyGauge(calibrated, str(rig), make)
     rows, summary, passing = ReadingRows(judge), Summary(), SideBySide()
     with contextlib.closing(Recording(recording)) as frames, whole_file(output) as file:
@@ -91,7 +99,7 @@ def measure_recording(
     if drawing is not None and served is not None:
         drawing.write()
         served.write()
-    return summary.lines(cause)
+    return told + summary.lines(cause)
 
 
 def _size_reading(

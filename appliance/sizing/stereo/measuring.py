@@ -1,6 +1,8 @@
 """The command `measure` with calibrated cameras: by both routes, by virtual boards alone, or with one camera."""
 
 import argparse
+import contextlib
+import math
 from typing import ClassVar
 
 from appliance.command_options import CommandError, number_within
@@ -8,10 +10,11 @@ from appliance.sizing.measuring import Measuring
 from appliance.sizing.reading_rows import Judge
 from appliance.sizing.stereo.route_options import PRINTED_OPTIONS, add_route_options
 
+MOST_TILT_DEG = 10.0  # as the setting sizing.board_tilt_deg allows
 MOST_OVALITY_MM = 20.0  # as the setting sizing.ovality_mm allows
 OWN_OPTIONS = {
-    "tangent": frozenset({"ovality", "plot"}),
-    "virtual-board": frozenset({*PRINTED_OPTIONS, "fusion", "plot"}),
+    "tangent": frozenset({"ovality", "plot", "board_tilt"}),
+    "virtual-board": frozenset({*PRINTED_OPTIONS, "fusion", "plot", "board_tilt"}),
     "one-camera": frozenset({*PRINTED_OPTIONS, "side", "plane_mm", "plot"}),
 }
 
@@ -23,7 +26,16 @@ class StereoMeasuring(Measuring):
     text: ClassVar[str] = (
         "tangent unless given; virtual-board and one-camera (on the plane of its board) are the dissertation's, alone"
     )
-    options: ClassVar[tuple[str, ...]] = ("rig", "plot", *PRINTED_OPTIONS, "fusion", "side", "plane_mm", "ovality")
+    options: ClassVar[tuple[str, ...]] = (
+        "rig",
+        "plot",
+        *PRINTED_OPTIONS,
+        "fusion",
+        "side",
+        "plane_mm",
+        "ovality",
+        "board_tilt",
+    )
 
     def add_options(self, command: argparse.ArgumentParser) -> None:
         """Declare edge detector, fusion, and the dissertation's ways and numbers."""
@@ -33,6 +45,12 @@ class StereoMeasuring(Measuring):
         )
         command.add_argument(
             "--fusion", metavar="NAME", help="views of virtual-board in one picture, none unless given"
+        )
+        command.add_argument(
+            "--board-tilt",
+            type=_tilt,
+            metavar="DEG",
+            help="rise of the line along y against the registration boards, or fitted: from the bars themselves",
         )
         command.add_argument("--side", metavar="SIDE", help="camera of one-camera: left unless given, or right")
         command.add_argument(
@@ -48,13 +66,28 @@ class StereoMeasuring(Measuring):
             raise CommandError("--rig: the rig file of these cameras is missing; make it with hotgauge calibrate")
         if given.method != "tangent" and given.ovality is not None:
             raise CommandError(f"--ovality: {given.method} has no part for it; leave it out")
+        if given.board_tilt is not None and given.method == "one-camera":
+            raise CommandError("--board-tilt: one-camera has its own plane; leave it out")
         for option in OWN_OPTIONS["virtual-board"] | OWN_OPTIONS["one-camera"]:
             if option not in OWN_OPTIONS[given.method] and getattr(given, option) is not None:
                 others = [name for name, own in OWN_OPTIONS.items() if option in own]
                 who = "only virtual boards have it" if "virtual-board" in others else "only one camera has it"
                 raise CommandError(f"--{option.replace('_', '-')}: {who}; add --method {others[0]}")
         make = gauge_of(given)
-        return measure_recording(given.recording, given.rig, given.output, make, judge=judge, plots=given.plot)
+        tilt_deg = given.board_tilt if given.board_tilt is not None else 0.0
+        return measure_recording(
+            given.recording, given.rig, given.output, make, judge=judge, plots=given.plot, tilt_deg=tilt_deg
+        )
+
+
+def _tilt(text: str) -> float:
+    if text == "fitted":
+        return math.nan
+    with contextlib.suppress(ValueError):
+        if abs(number := float(text)) <= MOST_TILT_DEG:
+            return number
+    wanted = f"degrees from -{MOST_TILT_DEG:g} to {MOST_TILT_DEG:g}"
+    raise argparse.ArgumentTypeError(f"{text!r} is neither {wanted} nor fitted")
 
 
 def _length(text: str) -> float:

@@ -10,8 +10,9 @@ from appliance.cameras.kinds import StereoCamera
 from appliance.cameras.recording.settings import RecordingCamera
 from appliance.cameras.simulated.settings import MillCamera
 from appliance.settings.file import SettingsError
-from appliance.settings.section import FilePath
+from appliance.settings.section import FilePath, unit
 from appliance.sizing.method import ScaleCheck, ScaleError, SizingMethod, TimedReader
+from appliance.sizing.range_sensor.settings import NoRange, Range
 from vision.edges.names import EdgeMethod
 from vision.fusion.names import Fusion
 
@@ -20,7 +21,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from appliance.cameras.source import PairSource
-    from appliance.sizing.stereo.gauge import RouteV
+    from appliance.sizing.range_sensor.sensor import RangeSensor
+    from appliance.sizing.stereo.gauge import LineSetup, RouteV
 
 NO_RIG_SENTENCE = "sizing.rig is not set; make a rig file with `hotgauge calibrate` and set it"
 NO_OVALITY_SENTENCE = (
@@ -57,6 +59,21 @@ class SizingSettings(SizingMethod):
         "U is not known, and the virtual boards do not judge the value",
     )
 
+    board_tilt_deg: float = Field(
+        default=0.0,
+        ge=-10,
+        le=10,
+        description="How much the line rises along y against the registration boards; `hotgauge measure` fits it",
+        json_schema_extra=unit("deg"),
+    )
+    range: Range = Field(default_factory=NoRange, description="A laser that measures beside the cameras")
+
+    @model_validator(mode="after")
+    def _check_range(self) -> Self:
+        if self.range.kind == "mill" and self.camera.kind != "mill":
+            raise ValueError("range: only the simulated mill has the kind mill; set sizing.range.kind to modbus")
+        return self
+
     @model_validator(mode="after")
     def _check_edge_model(self) -> Self:
         if self.edge_model is not None and self.edges != "forest":
@@ -83,18 +100,32 @@ class SizingSettings(SizingMethod):
         """Make the source of image pairs; see `SizingMethod.make_source`."""
         return self.camera.make_source(self.liveness.apart_max_us)
 
+    def make_range_sensor(self) -> "RangeSensor":
+        """The laser of `range`; see `SizingMethod.make_range_sensor`."""
+        return self.range.make_sensor()
+
     def make_gauge(self, on_usable: Callable[[], None], /) -> TimedReader:
         """Make the gauge of the rig file, else of the camera's own rig; see `SizingMethod.make_gauge`."""
         from appliance.sizing.stereo.gauge import pair_gauge, rig_file_gauge
         from appliance.sizing.stereo.rig_file import RigError
 
         if self.rig is not None:
-            return rig_file_gauge(self.rig, self.ovality_mm, self._route_v)
+            return rig_file_gauge(self.rig, self.ovality_mm, self._route_v, self._line)
         calibrate = self.camera.own_rig()
         if calibrate is None:
             raise RigError(NO_RIG_SENTENCE)
         on_usable()
-        return pair_gauge(calibrate(), f"rig of {self.camera.in_words}", self._own_ovality_mm, self._route_v)
+        return pair_gauge(
+            calibrate(), f"rig of {self.camera.in_words}", self._own_ovality_mm, self._route_v, self._line
+        )
+
+    @property
+    def _line(self) -> "LineSetup":
+        from appliance.sizing.stereo.gauge import LineSetup, RangeRay
+
+        laser = self.range
+        ray = None if laser.kind == "off" else RangeRay(laser.origin_mm, laser.direction, laser.u_mm)
+        return LineSetup(self.board_tilt_deg, ray)
 
     @property
     def _own_ovality_mm(self) -> float:
@@ -105,7 +136,8 @@ class SizingSettings(SizingMethod):
         """Copy the settings with a recording and its rig; see `SizingMethod.with_recording`."""
         if rig is None:
             raise SettingsError("--rig: the rig file of these cameras is missing; make it with hotgauge calibrate")
-        return self.model_copy(update={"camera": RecordingCamera(kind="recording", path=recording), "rig": rig})
+        camera = RecordingCamera(kind="recording", path=recording)
+        return self.model_copy(update={"camera": camera, "rig": rig, "range": NoRange()})
 
     def check_scale(self) -> ScaleCheck:
         """Check whether the rig can be used; see `SizingMethod.check_scale`."""
@@ -116,7 +148,7 @@ class SizingSettings(SizingMethod):
                 return ScaleCheck("rig", "note", f"none; {self.camera.in_words} calibrates itself")
             return ScaleCheck("rig", "BAD", NO_RIG_SENTENCE)
         try:
-            rig_file_gauge(self.rig, self.ovality_mm, self._route_v)
+            rig_file_gauge(self.rig, self.ovality_mm, self._route_v, self._line)
         except ScaleError as error:
             return ScaleCheck("rig", "BAD", str(error))
         if self.ovality_mm is None:
@@ -128,4 +160,4 @@ class SizingSettings(SizingMethod):
         from appliance.sizing.stereo.gauge import rig_file_gauge
 
         if self.rig is not None:
-            rig_file_gauge(self.rig, self.ovality_mm, self._route_v).measure(*pictures)
+            rig_file_gauge(self.rig, self.ovality_mm, self._route_v, self._line).measure(*pictures)

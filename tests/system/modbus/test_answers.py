@@ -295,6 +295,8 @@ def test_device_identification_names_vendor_product_and_revision(wire):
     assert sorted(basic) == [0, 1, 2]
     regular = identified(wire.ask(bytes((43, 14, 2, 0))))
     assert basic.items() < regular.items()
+    assert regular[4] == b"Hotgauge bar gauge", "object 4 is the product's name, 5 that of its model"
+    assert regular[5].startswith(b"register map ")
     assert identified(wire.ask(bytes((43, 14, 3, 0)))) == regular  # the level that it conforms to
     assert sorted(identified(wire.ask(bytes((43, 14, 2, 2))))) == [key for key in sorted(regular) if key >= 2]
     assert identified(wire.ask(bytes((43, 14, 2, 99)))) == regular  # an unknown object starts from the first

@@ -173,6 +173,10 @@ REQUIRED = {
     ("sizing.camera.kind", "conveyor, genicam"): 'sizing.camera.serial = "1"\n',
     ("sizing.camera.kind", "tangent, genicam"): 'sizing.camera.left = "1"\nsizing.camera.right = "2"\n'
     'sizing.camera.trigger = "Action1"\nsizing.camera.common_clock = true\n',  # which scheduled_ms needs
+    ("sizing.range.kind", "tangent, modbus"): "".join(
+        f"sizing.range.{line}\n"
+        for line in ('host = "a"', "address = 0", "origin_mm = [0, 0, 0]", "direction = [0, 0, -1]", "u_mm = 0.5")
+    ),
     ("ingot.camera.kind", "genicam"): 'ingot.camera.serial = "1"\n',
     ("ingot.camera.kind", "stream"): 'ingot.camera.address = "a"\n',
 }
@@ -201,9 +205,10 @@ def head_of(row) -> str:
     """Lines that make a row count; dotted keys, which may stand in any order."""
     lines = [f'{kind.key} = "{kind.choice}"\n' for kind in row.kinds]
     lines += [
-        text
+        line
         for (key, kind), text in REQUIRED.items()
         if key in {one.key for one in row.kinds} and (kind == row.kind or kind == row.kinds[0].choice)
+        for line in text.splitlines(keepends=True)
     ]
     lines += [f"{key} = {value}\n" for key, value in COMPANIONS.get(row.key, {}).items()]
     return "".join(line for line in lines if not line.startswith(f"{row.key} ="))

@@ -216,9 +216,8 @@ def test_the_mill_in_real_time_drops_what_nobody_took(source):
     assert second.exposed_monotonic_s - first.exposed_monotonic_s == pytest.approx(0.1 * second.sequence)
 
 
-@pytest.mark.parametrize("prepared_frames", [0, 3])
-def test_the_mill_delivers_no_pair_before_its_moment_and_none_late(source, prepared_frames):
-    with MillSource(seed=5, rate_hz=5, prepared_frames=prepared_frames) as camera:
+def test_the_mill_delivers_no_pair_before_its_moment(source):
+    with MillSource(seed=5, rate_hz=5) as camera:
         for _ in range(4):
             pair = camera.next(1.0)
             assert 0 <= time.monotonic() - pair.exposed_monotonic_s < 0.15

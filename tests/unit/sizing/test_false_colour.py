@@ -1,6 +1,7 @@
 import cv2
 import numpy as np
 import pytest
+from skimage import data
 
 from appliance.cameras.section import EmptyLine
 from appliance.simulation.bars.bars import Bar
@@ -10,7 +11,7 @@ from appliance.sizing.conveyor.empty_line import EmptyLineError, TimedConveyorGa
 from vision.pictures import is_false_colour
 from vision.sent_picture import SentPicture
 
-PALETTES = ["JET", "INFERNO", "PLASMA", "RAINBOW", "TURBO", "HSV", "VIRIDIS"]
+PALETTES = ["JET", "INFERNO", "PLASMA", "RAINBOW", "TURBO", "HSV", "VIRIDIS", "HOT", "OCEAN", "WINTER", "PINK"]
 
 
 @pytest.fixture(scope="module")
@@ -27,6 +28,7 @@ def test_a_thermal_picture_in_a_palettes_colours_is_told_from_light(thermal, pal
 def test_light_is_not_taken_for_a_palette(thermal):
     assert not any(map(is_false_colour, thermal))
     assert not is_false_colour(np.repeat(np.atleast_3d(thermal[1])[:, :, :1], 3, axis=2))
+    assert not is_false_colour(data.coffee())
     for seed in range(2):
         scene = draw("rollers", seed)
         assert not is_false_colour(scene.left)

@@ -267,13 +267,18 @@ def _edge(light: Plane, line: Array, row: NDArray[np.int64], column: NDArray[np.
 def _inner_pair(
     edges: list[_Edge], shape: tuple[int, ...], near_columns: tuple[float, float] | None
 ) -> tuple[_Edge, _Edge] | None:
-    """The two edges that are most alike a pair of barriers: bright outside, alike in light, long, room for a bar."""
+    """The two edges that are most alike a pair of barriers.
+
+    Bright outside, alike in light, long, room for a bar between them, and a vanishing point beyond the picture.
+    """
     row = np.array([shape[0] / 2, 1.0])
     best, pair = 0.0, None
     for left in edges:
         for right in edges:
             width = float((right.line - left.line) @ row)
             if left.step >= 0 or right.step <= 0 or width < max(LEAST_STRIP_PX, LEAST_STRIP_SHARE * shape[1]):
+                continue
+            if not _meet_beyond(left.line, right.line, shape[0]):
                 continue
             columns = np.array([left.line @ row, right.line @ row])
             if near_columns is not None and np.abs(columns - near_columns).max() > HINT_PX:
@@ -283,6 +288,13 @@ def _inner_pair(
             if alike > best:
                 best, pair = alike, (left, right)
     return pair
+
+
+def _meet_beyond(left: Array, right: Array, rows: int) -> bool:
+    """Whether two lines meet above or below the picture, as parallel ones do under a camera that looks down."""
+    (m1, c1), (m2, c2) = left, right
+    first, last = c2 - c1, (m2 - m1) * (rows - 1) + c2 - c1
+    return bool(first > 0 and last > 0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

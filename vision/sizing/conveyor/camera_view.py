@@ -14,32 +14,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize, special
 
-from vision.sizing.conveyor.barriers import SAMPLE_OFFSETS_PX, Barriers, across
+from vision.sizing.conveyor.barrier_faces import FOCAL_SHARE, U_FOCAL_SHARE, fitted_feet
+from vision.sizing.conveyor.barriers import Barriers
 
 Array = NDArray[np.float64]
 
 # Assumed laws, all rectangular and chosen; U_ is the standard uncertainty (docs/methods/conveyor.md).
-FOCAL_SHARE, U_FOCAL_SHARE = 0.95, 0.18  # focal length over the picture's width: fields of view of 43 to 75 degrees
 UNKNOWN_HEIGHT_MM, U_UNKNOWN_HEIGHT_MM = 50.0, 35.0  # height of the edge that is seen of barriers of unknown height
 U_TILT_RAD = np.radians(5.0) / np.sqrt(3)  # of a camera that was pointed along the line by eye, within 5 degrees
-# Bounds of the fit of a barrier's foot: place px, slope px, light of face and of top, level of the conveyor.
-LEAST_FOOT_VALUES, MOST_FOOT_VALUES = (-6.0, -2.0, 0.0, 0.0, -0.1), (3.0, 2.0, 2.0, 2.0, 0.1)
 LEAST_U_ACROSS_SHARE = 0.005  # chosen: of W, least doubt in the camera's place while its height is fitted
-MOST_ACROSS_SHARE = 0.45  # chosen: a camera that sees both inner faces hangs at most 45 % of W off the middle
-MOST_FACTOR = 2.0  # chosen: the fit may change the distance of a barrier's two edges by this factor
-LEAST_STEP_SHARE = 0.15  # chosen: with a weaker second step of light nobody can say which edge the other one is
 MOST_MISFIT_RATIO = 1.35  # chosen: the misfit falls by more when narrower faces are allowed: they are narrower
 NARROW_FACE_SHARE = 0.85  # chosen, of the width of a wall's face; faces of walls are fitted 1 to 8 % too narrow
+# Chosen on lines other than the studies': fits of walls leave 0.3 to 7 % open, of barriers that hang and are taken for
+# walls 11 to 33 %.
+MOST_U_FACE_SHARE = 0.1
 U_FACE_SHARE = 0.03  # chosen: standard uncertainty of a fitted face's width, by the lens's halo
-RESOLVED_BLURS = 1.0  # chosen: a face narrower than the blur looks like one step with more blur, and is not fitted
-PROFILE_NOISE = 0.002  # chosen: noise of mean profiles, over full scale
-SAMPLES_PER_PX = 1 / 0.25  # of a profile: neighbours share their noise
-BAND_COUNT = 12  # chosen: bands of rows whose mean profiles are fitted
 U_BARRIER_HEIGHT_MM, U_CAMERA_HEIGHT_MM = 1.0, 10.0  # chosen: of heights measured with a tape
 DISAGREE_SIGMAS = 3.0  # chosen: faces whose camera height is further off, in standard uncertainties, are no walls
-DARK_OFFSET_PX = 5.0  # chosen: this far inwards of a barrier's edge a pixel surely shows the conveyor
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,6 +110,8 @@ class ConveyorView:
         Relative standard uncertainty of Z where it follows from the barriers' two edges.
     u_plane_mm : float
         Standard uncertainty of `plane_mm`, rectangular, where it is only assumed; else 0.
+    narrow_faces : bool
+        Whether the barriers' faces clearly show narrower than walls of that height: they hang, or are lower.
     """
 
     middle_px: Array
@@ -132,6 +126,7 @@ class ConveyorView:
     u_width_px: float = 0.0
     u_height: float = 0.0
     u_plane_mm: float = 0.0
+    narrow_faces: bool = False
 
     def q(self, points_px: Array) -> Array:
         """Slope, seen from the vanishing point, of points (x, y), shape (n, 2)."""
@@ -176,8 +171,8 @@ def conveyor_view(
     """View of the conveyor from its barriers.
 
     With the barriers' height, the foot of each inner face is separated from its upper edge by their known distance in
-    the picture, and the feet are the ruler. Without it, or where the faces show too narrow for that, the height of the
-    edges that are seen is assumed.
+    the picture, and the feet are the ruler. Without it, or where the faces show too narrow for that or do not tell a
+    wall from a barrier that hangs, the height of the edges that are seen is assumed.
 
     Parameters
     ----------
@@ -199,22 +194,34 @@ def conveyor_view(
         view = _of_lines(barriers, barriers.lines, reference, UNKNOWN_HEIGHT_MM, focal_share)
         return replace(view, u_plane_mm=U_UNKNOWN_HEIGHT_MM)
     least_mm, most_mm = reference.lower_range_mm(over_rollers=barriers.over_rollers)
-    if most_mm > 0:  # the edge that is seen lies anywhere between the lowest and the upper one
+    if most_mm > 0 or barriers.over_rollers:  # the edge that is seen lies anywhere between the lowest and the upper one
         view = _of_lines(barriers, barriers.lines, reference, 0.5 * (least_mm + top_mm), focal_share)
         return replace(view, u_plane_mm=(top_mm - least_mm) / np.sqrt(12))
     view = _of_lines(barriers, barriers.lines, reference, 0.0, focal_share)
     across = view.across_mm / reference.spacing_mm
     u_across = view.u_across_mm / reference.spacing_mm
     part = top_mm / (view.camera_height_mm - top_mm)
-    feet = _feet(barriers, part, across, u_across, free=reference.camera_height_mm is None)
-    if feet.face_px < RESOLVED_BLURS * feet.blur_px or feet.weaker_step < LEAST_STEP_SHARE:
+    free = reference.camera_height_mm is None
+    feet = fitted_feet(barriers, part, across, u_across, free=free)
+    seen = feet if free else fitted_feet(barriers, part, across, u_across, free=True)
+    sure = seen.u_part <= MOST_U_FACE_SHARE
+    narrow = seen.part < _least_part(barriers, reference, top_mm)
+    walls = reference.barrier_lower_mm is not None or (sure and not narrow)
+    if not (feet.show and walls):
         view = _of_lines(barriers, barriers.lines, reference, top_mm / 2, focal_share)
-        return replace(view, u_plane_mm=top_mm / np.sqrt(12))
+        return replace(view, u_plane_mm=top_mm / np.sqrt(12), narrow_faces=sure and seen.show and narrow)
     view = replace(_of_lines(barriers, feet.lines, reference, 0.0, focal_share), u_width_px=feet.u_width_px)
     if reference.camera_height_mm is None:
         view = replace(view, above_plane_mm=top_mm * (1 + 1 / feet.part), u_height=feet.u_part)
     across_mm, u_across_mm = (share * reference.spacing_mm for share in (feet.across, feet.u_across))
     return replace(view, across_mm=across_mm, u_across_mm=u_across_mm)
+
+
+def _least_part(barriers: Barriers, reference: ConveyorReference, top_mm: float) -> float:
+    """Least width of both walls' faces together over the barriers' distance, under the highest camera that may be."""
+    highest = _of_lines(barriers, barriers.lines, reference, 0.0, FOCAL_SHARE + np.sqrt(3) * U_FOCAL_SHARE)
+    least = top_mm / (highest.camera_height_mm - top_mm)
+    return least if reference.camera_height_mm is None else NARROW_FACE_SHARE * least
 
 
 def faces_disagree(barriers: Barriers, reference: ConveyorReference, view: ConveyorView) -> bool:
@@ -242,7 +249,7 @@ def faces_disagree(barriers: Barriers, reference: ConveyorReference, view: Conve
         part = top_mm / (reference.camera_height_mm - top_mm)
         place, u_place = (value / reference.spacing_mm for value in (view.across_mm, view.u_across_mm))
         told, feet = (
-            _feet(barriers, part, place, max(u_place, LEAST_U_ACROSS_SHARE), free=free) for free in (False, True)
+            fitted_feet(barriers, part, place, max(u_place, LEAST_U_ACROSS_SHARE), free=free) for free in (False, True)
         )
         if told.misfit > MOST_MISFIT_RATIO * feet.misfit and feet.part < NARROW_FACE_SHARE * part:
             return True
@@ -283,114 +290,3 @@ def _of_lines(
     across_mm = reference.spacing_mm * 0.5 * (q1 + q2) / (q2 - q1)  # of a camera that looks along the line
     u_across_mm = above_mm * np.tan(U_TILT_RAD)
     return replace(view, above_plane_mm=float(above_mm), across_mm=float(across_mm), u_across_mm=float(u_across_mm))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Feet:
-    """Lines of the inner faces' feet, and the camera's place by the faces' widths, with standard uncertainties.
-
-    The faces together are `part` of the barriers' distance wide; `across` is the place of the middle between the
-    barriers from straight below the camera, over their distance. `face_px` is the mean width of a face,
-    `weaker_step` the weaker of a barrier's two steps of light over their sum, on the side where it is weaker.
-    """
-
-    lines: Array
-    u_width_px: float
-    part: float
-    u_part: float
-    across: float
-    u_across: float
-    face_px: float
-    blur_px: float
-    weaker_step: float
-    misfit: float
-
-
-def _feet(barriers: Barriers, part: float, across: float, u_across: float, *, free: bool) -> _Feet:
-    """Two steps of light a known distance apart, fitted to mean profiles of both barriers, blurred alike by the lens.
-
-    `free` where that distance is only roughly known: the profiles then tell it too.
-    """
-    sides = [_Steps.of(barriers, line, outwards, part) for line, outwards in zip(barriers.lines, (-1, 1), strict=True)]
-    reach = MOST_FACTOR if free else 1 + 1e-9
-    low = [1 / reach, -MOST_ACROSS_SHARE, 0.5, *LEAST_FOOT_VALUES, *LEAST_FOOT_VALUES]
-    high = [reach, MOST_ACROSS_SHARE, 5.0, *MOST_FOOT_VALUES, *MOST_FOOT_VALUES]
-    starts = [[1.0, place, 1.5, *sides[0].start(), *sides[1].start()] for place in (across, 0.0)]
-    n, common = len(LEAST_FOOT_VALUES), 3
-
-    def misfit(values: Array) -> Array:
-        factor, place, blur_px = values[:common]
-        by_side = zip(sides, values[common:].reshape(2, n), strict=True)
-        fits = [side.misfit(one, blur_px, factor * (0.5 + side.outwards * place)) for side, one in by_side]
-        known = [(factor - 1) / U_FOCAL_SHARE, (place - across) / u_across]  # prior where profiles hardly depend
-        return np.concatenate([*fits, PROFILE_NOISE * np.array(known)])
-
-    # from one start alone the fit may end with the two steps of a face in one
-    tried = [optimize.least_squares(misfit, np.clip(start, low, high), bounds=(low, high)) for start in starts]
-    found = min(tried, key=lambda fit: fit.cost)
-    places = [common, common + n]
-    lines = np.array([side.line_at(*found.x[first : first + 2]) for side, first in zip(sides, places, strict=True)])
-    alike = SAMPLES_PER_PX * barriers.correlated_px
-    covariance = alike * _covariance(found.fun, found.jac, slice(0 if free else 1, None))
-    u_factor, u_place = np.sqrt(np.diag(covariance)[:2]).tolist()
-    return _Feet(
-        lines=lines,
-        u_width_px=float(np.sqrt(covariance[np.ix_(places, places)].sum())),
-        part=part * float(found.x[0]),
-        u_part=u_factor / float(found.x[0]),
-        across=float(found.x[1]),
-        u_across=u_place,
-        face_px=float(found.x[0]) * float(np.mean([side.apart_px.mean() for side in sides])) / 2,
-        blur_px=float(found.x[2]),
-        weaker_step=min(float(min(one) / (sum(one) or 1.0)) for one in found.x[common:].reshape(2, n)[:, 2:4].tolist()),
-        misfit=float(found.cost),
-    )
-
-
-def _covariance(misfit: Array, jacobian: Array, free: slice) -> Array:
-    """Covariance of the free fitted values from the scatter of residuals that are independent; 0 for the others."""
-    size = jacobian.shape[1]
-    scatter = float(misfit @ misfit) / (misfit.size - size)
-    covariance = np.zeros((size, size))
-    covariance[free, free] = scatter * np.linalg.pinv(jacobian[:, free].T @ jacobian[:, free])
-    return covariance
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Steps:
-    """Mean profiles of one barrier in bands of rows, shape (bands, samples), with their rows and expected steps."""
-
-    mean: Array
-    line: Array
-    outwards: int
-    row: Array
-    apart_px: Array
-
-    @classmethod
-    def of(cls, barriers: Barriers, line: Array, outwards: int, part: float) -> "_Steps":
-        rows = np.arange(len(barriers.light), dtype=np.float64)
-        profile = across(barriers.light, line, outwards, rows, SAMPLE_OFFSETS_PX)
-        whole = np.isfinite(profile).all(axis=1)
-        rows, profile = rows[whole], profile[whole]
-        profile = profile - profile[:, SAMPLE_OFFSETS_PX < -DARK_OFFSET_PX].mean(axis=1, keepdims=True)
-        row = np.array([band.mean() for band in np.array_split(rows, BAND_COUNT)])
-        mean = np.array([band.mean(axis=0) for band in np.array_split(profile, BAND_COUNT)])
-        return cls(mean, line, outwards, row, part * barriers.width_px(row) / np.hypot(1.0, line[0]))
-
-    def start(self) -> list[float]:
-        height = float(self.mean[:, -1].mean())
-        return [-0.25 * float(self.apart_px.mean()), 0.0, 0.5 * height, 0.5 * height, 0.0]
-
-    def misfit(self, values: Array, blur_px: float, share: float) -> Array:
-        """Misfit of a foot's place and slope, the light of face and top, and the face's share of both faces' width."""
-        place, slope, face, top, level = values
-        along = (self.row - self.row.mean()) / np.ptp(self.row)
-        at = SAMPLE_OFFSETS_PX - (place + slope * along)[:, None]
-        steps = face * special.ndtr(at / blur_px) + top * special.ndtr((at - share * self.apart_px[:, None]) / blur_px)
-        return (level + steps - self.mean).ravel()
-
-    def line_at(self, place: float, slope: float) -> Array:
-        """Line column(row) of the foot."""
-        off = self.outwards * np.hypot(1.0, self.line[0])
-        per_row = off * slope / np.ptp(self.row)
-        return self.line + np.array([per_row, off * place - per_row * self.row.mean()])

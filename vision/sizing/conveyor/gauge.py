@@ -129,7 +129,8 @@ class ConveyorGauge:
             stands more than `CAMERA_MOVED_PX` from its place in the empty pictures; `implausible` with
             `barrier_height` when the barriers' faces contradict the heights that are given; `edge_not_found` with
             `low_contrast` where a bar is no lighter than the empty line. With a value: `routes_disagree` when the
-            diameter changes along the line by more than U, as of a bar with one end lifted.
+            diameter changes along the line by more than U, as of a bar with one end lifted, and with `barrier_height`
+            when the barriers' faces are narrower than those of walls of that height.
 
         Raises
         ------
@@ -187,17 +188,20 @@ class ConveyorGauge:
         by_window = diameters_mm(view, *ends)
         diameter_mm = float(np.median(by_window))
         calibration_mm, model_mm = scale.u_view_mm(ends, diameter_mm, self._u_barriers_px(barriers_coding))
-        correction_mm, u_assumed_mm = scale.assumed_law_mm(ends, diameter_mm)
         light_mm = diameter_mm * u_light_px / abs(float(np.mean(ends[1][:, 0] - ends[0][:, 0])))
-        diameter_mm += correction_mm
-        model_mm = float(np.hypot(model_mm, u_assumed_mm))
         edge_mm = float(MEDIAN_FACTOR * by_window.std() / np.sqrt(len(by_window)))
-        expanded_mm = float(2 * np.linalg.norm([edge_mm, calibration_mm, self._u_shape_mm, model_mm, light_mm]))
+        other_mm = float(np.linalg.norm([edge_mm, calibration_mm, self._u_shape_mm, light_mm]))
+        correction_mm, u_mm = scale.assumed_law_mm(ends, diameter_mm, float(np.hypot(other_mm, model_mm)))
+        model_mm = float(np.sqrt(u_mm**2 - other_mm**2))
+        diameter_mm += correction_mm
+        expanded_mm = 2 * u_mm
         middle = 0.5 * (view.tangent(ends[0]) + view.tangent(ends[1]))
         rows = np.mean([end[:, 1] for end in ends], axis=0)
-        changes = _change_along(rows, by_window) > expanded_mm
+        doubts = Reason.ROUTES_DISAGREE if _change_along(rows, by_window) > expanded_mm else Reason.NONE
+        if view.narrow_faces:
+            doubts |= Reason.ROUTES_DISAGREE | Reason.BARRIER_HEIGHT
         return SizeReading(
-            reasons=Reason.ROUTES_DISAGREE if changes else Reason.NONE,
+            reasons=doubts,
             diameter_mm=diameter_mm + self._compensation_mm,
             expanded_uncertainty_mm=expanded_mm,
             windows_kept=int(np.count_nonzero(there)),

@@ -5,13 +5,13 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import optimize, special
 
+from vision.sizing.conveyor.barrier_faces import FOCAL_SHARE, U_FOCAL_SHARE
 from vision.sizing.conveyor.barriers import Barriers
 from vision.sizing.conveyor.camera_view import (
-    FOCAL_SHARE,
     U_BARRIER_HEIGHT_MM,
     U_CAMERA_HEIGHT_MM,
-    U_FOCAL_SHARE,
     ConveyorReference,
     ConveyorView,
     conveyor_view,
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 # Budget (docs/methods/conveyor.md), standard uncertainties, all chosen:
 U_EDGE_PX = 0.02  # of a whole limb or barrier: blur and halo that are not alike on both sides
 U_SPACING_SHARE = 0.0005  # of W, relative
-INTERVAL_95 = (0.025, 0.975)
+INTERVAL_95 = tuple(special.ndtr([-2.0, 2.0]))  # that of k = 2 of a normal law, 95.45 %
 LAW_PARTS = 16  # equally probable parts of the law of an assumed quantity (JCGM 101)
 
 
@@ -79,24 +79,39 @@ class Scale:
         changes = [float(np.median(diameters_mm(view, *ends))) - diameter_mm for view in self.changed]
         return float(calibration), float(np.linalg.norm([edges, *changes]))
 
-    def assumed_law_mm(self, ends: list[Array], diameter_mm: float) -> tuple[float, float]:
-        """Correction and standard uncertainty from assumed quantities, propagated as whole laws (JCGM 101).
+    def assumed_law_mm(self, ends: list[Array], diameter_mm: float, u_known_mm: float) -> tuple[float, float]:
+        """Correction and standard uncertainty with assumed quantities, propagated as whole laws (JCGM 101).
 
-        The correction leads to the middle of the interval that holds 95 % of the diameters; the uncertainty is that of
-        a normal law whose interval is as wide.
+        What is known follows a normal law and is part of it: the end of a rectangular law with a tail on it is as
+        likely as its middle. The correction leads to the middle of the interval that holds 95 % of the diameters; the
+        uncertainty is that of a normal law whose interval is as wide.
 
         Parameters
         ----------
         ends : list of ndarray of float64, shape (n, 2)
             As for `u_view_mm`.
         diameter_mm : float
+        u_known_mm : float
+            Standard uncertainty of all that is not assumed.
         """
+        if not self.assumed:
+            return 0.0, u_known_mm
         summed = np.zeros(1)
         for views in self.assumed:
             changes = [float(np.median(diameters_mm(view, *ends))) - diameter_mm for view in views]
             summed = np.add.outer(summed, changes).ravel()
-        low, high = np.quantile(summed, INTERVAL_95).tolist()
+        low, high = (_quantile(summed, u_known_mm, share) for share in INTERVAL_95)
         return 0.5 * (low + high), 0.25 * (high - low)
+
+
+def _quantile(places: Array, u: float, share: float) -> float:
+    """Quantile of a law that is a normal one, of standard deviation u, around each of the places."""
+
+    def surplus(at: float) -> float:
+        return float(np.mean(special.ndtr((at - places) / u))) - share
+
+    bounds = float(places.min()) - 5 * u, float(places.max()) + 5 * u
+    return float(optimize.root_scalar(surplus, bracket=bounds).root)
 
 
 def _changed_views(barriers: Barriers, reference: ConveyorReference, view: ConveyorView) -> list[ConveyorView]:
@@ -119,11 +134,18 @@ def _changed_views(barriers: Barriers, reference: ConveyorReference, view: Conve
 
 
 def _assumed_views(barriers: Barriers, reference: ConveyorReference, view: ConveyorView) -> list[list[ConveyorView]]:
-    """Views over assumed quantities: for each, one in every equally probable part of its rectangular law."""
+    """Views over assumed quantities: for each, one in every equally probable part of its law, a rectangular one.
+
+    Of barriers whose height is given the edge that is seen is as likely at an end of the law as between: a face as
+    light as the barrier's top shows its lower edge alone, one as dark as what lies beside it the upper one.
+    """
     if view.u_plane_mm == 0:
         return []
     places = np.sqrt(3) * (2 * (np.arange(LAW_PARTS) + 0.5) / LAW_PARTS - 1)  # in standard uncertainties
     edges_mm = view.plane_mm + places * view.u_plane_mm
+    if reference.barrier_height_mm is not None:
+        ends = np.sqrt(3) * np.repeat([-1.0, 1.0], LAW_PARTS // 2)
+        edges_mm = np.append(edges_mm, view.plane_mm + ends * view.u_plane_mm)
     focal_shares = FOCAL_SHARE * (1 + places * U_FOCAL_SHARE)
     laws = [
         [conveyor_view(barriers, reference, edge_mm=float(edge_mm)) for edge_mm in edges_mm],

@@ -39,6 +39,9 @@ class Bow:
         return abs(self.per_mm) > BOW_SIGMAS * self.u_per_mm and abs(self.per_mm) * reach_mm**2 / 2 > LEAST_BOW_MM
 
 
+UNSEEN_BOW = Bow(math.nan, math.nan)  # of one view, whose bar counts as straight
+
+
 def axis_bow(fit: CylinderFit, points: EdgePoints, rays: EdgeRays) -> Bow:
     """Bow of the axis that the residuals of a straight cylinder call for.
 

@@ -4,7 +4,7 @@ Each view shows the bar's two limbs (edges of the bar) as straight lines. Every 
 fits them all; the scatter of the points gives its covariance (docs/methods/diameter.md).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TypeVar
@@ -15,31 +15,23 @@ from numpy.typing import NDArray
 from vision.calibration.camera_turn import NO_TURN, CameraTurn
 from vision.calibration.rig import Rig
 from vision.geometry.camera import Camera
+from vision.geometry.surface_point import SurfacePoint
 from vision.light_planes import Decoder
-from vision.order_statistics import median, median_without_nan
+from vision.order_statistics import median
 from vision.readings import SizeReading
 from vision.reasons import Reason
 from vision.sent_picture import Codes, SentPicture
 from vision.sizing.checked_pictures import checked_pair
-from vision.sizing.limits import (
-    CLIPPED_FEW_SHARE,
-    CLIPPED_MOST_SHARE,
-    COVERED_SHARE,
-    DIAMETER_MM,
-    LEAST_POINTS,
-    LIMB_SIDES,
-    OFF_ROLLERS_MM,
-    OFF_ROLLERS_SHARE,
-    WEAK_CONTRAST,
-)
+from vision.sizing.limits import LEAST_POINTS, LIMB_SIDES
 from vision.sizing.region_grid import Outline, RegionGrid
-from vision.sizing.tangent.bent_cylinder import BentCylinder, fit_bent_cylinder
+from vision.sizing.tangent.bent_cylinder import UNSEEN_BOW, BentCylinder, fit_bent_cylinder
 from vision.sizing.tangent.cylinder_fit import CylinderFit, nearest_cylinder
 from vision.sizing.tangent.edge_points import EdgePoints
 from vision.sizing.tangent.limb_finder import LimbFinder, LimbPoints, RoughLimb
-from vision.sizing.tangent.section import section_view
+from vision.sizing.tangent.range_fusion import cylinder_of_one_view, fit_with_point, of_one_view, of_two_views
+from vision.sizing.tangent.reading_reasons import reasons_of_ends, reasons_of_fit, reasons_of_limbs
 from vision.sizing.tangent.tangent_planes import TangentPlane, rough_cylinder
-from vision.sizing.tangent.uncertainty_budget import Budget, Circumstances, uncertainty_budget
+from vision.sizing.tangent.uncertainty_budget import Budget, Circumstances, Solution, uncertainty_budget
 
 Array = NDArray[np.float64]
 Result = TypeVar("Result")
@@ -48,12 +40,9 @@ WINDOW_MM = 20.0  # chosen: length of a window, a strip along the bar; points wi
 WINDOW_AGREEMENT_PX = 0.5  # chosen: a window is kept if the median residual of every limb in it is at most half a pixel
 HIDDEN_SHARE = 0.4  # chosen: a limb with less than 40 % of the best limb's share of edge points counts as hidden
 LEAST_LIMBS = 3  # three tangent planes fix the cylinder
-END_MARGIN_MM = 10.0  # chosen: a bar that ends further inside the region shows its head or its tail
-# Chosen: a bin of 5 mm along the bar belongs to the bar if two limbs have a point in it within half a pixel of the fit.
-END_BIN_MM, END_AGREEMENT_PX, LEAST_LIMBS_AT_END = 5.0, 0.5, 2
-WORST_LIMB_PX = 1.5  # chosen: a limb whose median window lies further off the cylinder means `views_disagree`
+LIMBS_OF_ONE_VIEW = 2  # which fix it with a point of the surface
 MOST_WANDER_PX = 0.2  # chosen: beyond it hot air decides the uncertainty, and the reading is `shimmer`
-CAMBER_LENGTH_MM = 1000.0  # over which the sagitta of the axis is stated
+SAGITTA_MM2 = 1000.0**2 / 8  # of the sagitta over 1 m, by which camber is stated, over the bow's second derivative
 NO_TURNS = (NO_TURN, NO_TURN)
 
 
@@ -156,6 +145,7 @@ class TangentGauge:
         turns: tuple[CameraTurn, CameraTurn] = NO_TURNS,
         *,
         synchronous: bool = False,
+        point: SurfacePoint | None = None,
     ) -> SizeReading:
         """Diameter of a bar that `find` found; reasons and errors as in `measure`.
 
@@ -168,6 +158,8 @@ class TangentGauge:
             How each camera has turned since its calibration.
         synchronous : bool
             Whether time stamps prove that both cameras exposed together.
+        point : SurfacePoint or None
+            Where a laser meets the bar. One that contradicts the views is not used: `routes_disagree`.
 
         Returns
         -------
@@ -181,11 +173,56 @@ class TangentGauge:
             return SizeReading(reasons=Reason.EDGE_NOT_FOUND)
         limbs = self._limbs(pictures, planes, cylinder)
         shown = _shown(limbs)
-        reasons = _reasons_of_limbs(limbs, shown)
+        reasons = reasons_of_limbs(limbs, shown, LEAST_LIMBS)
         if reasons.forbids_value:
             return _with_light(SizeReading(reasons=reasons), limbs)
-        known = Circumstances(self._ovality_mm, turns, synchronous)
+        known = Circumstances(self._ovality_mm, turns, synchronous, point)
         return _with_light(self._read([limbs[index] for index in shown], cylinder, reasons, known), limbs)
+
+    def measure_one_view(
+        self,
+        view: int,
+        picture: SentPicture,
+        outline: Outline,
+        point: SurfacePoint,
+        turns: tuple[CameraTurn, CameraTurn] = NO_TURNS,
+    ) -> SizeReading:
+        """Diameter of a bar that only one camera shows, by its two limbs and a laser's point.
+
+        Parameters
+        ----------
+        view : int
+            0 left, 1 right.
+        picture : SentPicture
+        outline : Outline
+            Of the bar, roughly.
+        point : SurfacePoint
+            Where the laser meets the bar.
+        turns : tuple of two CameraTurn
+            How each camera has turned since its calibration.
+
+        Returns
+        -------
+        SizeReading
+            With a value always `limb_hidden`, and `method` is "range"; without one reasons as in `measure`, and
+            `one_camera` where the beam does not meet the bar.
+        """
+        own = self._views[view]
+        rough = own.rough_limbs(picture, outline)
+        planes = [
+            TangentPlane.through(own.camera.centre_mm, limb.line, side)
+            for limb, side in zip(rough, LIMB_SIDES, strict=True)
+        ]
+        cylinder = cylinder_of_one_view(planes, point)
+        if cylinder is None:
+            return SizeReading(reasons=Reason.ONE_CAMERA)
+        limbs = self._limbs_of_view(view, picture, planes, cylinder)
+        shown = _shown(limbs)
+        reasons = reasons_of_limbs(limbs, shown, LIMBS_OF_ONE_VIEW) | Reason.LIMB_HIDDEN
+        if reasons.forbids_value:
+            return _with_light(SizeReading(reasons=reasons), limbs)
+        known = Circumstances(self._ovality_mm, turns, point=point)
+        return replace(_with_light(self._read(limbs, cylinder, reasons, known), limbs), method="range")
 
     def _both(self, work: Callable[[int], Result]) -> tuple[Result, Result]:
         """Work for both views at the same time."""
@@ -207,19 +244,21 @@ class TangentGauge:
         self, pictures: tuple[SentPicture, SentPicture], planes: list[TangentPlane | None], cylinder: Array
     ) -> list[LimbPoints]:
         """Edge points of the four limbs; a hidden limb is searched where the other three predict it."""
-        region = np.array(self.rig.region_y_mm)
-
-        def of_view(index: int) -> list[LimbPoints]:
-            view, limbs = self._views[index], []
-            for place, side in enumerate(LIMB_SIDES):
-                plane = planes[2 * index + place]
-                plane = plane or TangentPlane.touching(view.camera.centre_mm, cylinder, side)
-                first_mm, last_mm = np.sort(plane.places_mm(cylinder, region)).tolist()
-                limbs.append(view.finder.finely(pictures[index], plane.line, side, (first_mm, last_mm)))
-            return limbs
-
-        left, right = self._both(of_view)
+        left, right = self._both(
+            lambda view: self._limbs_of_view(view, pictures[view], planes[2 * view :][:2], cylinder)
+        )
         return left + right
+
+    def _limbs_of_view(
+        self, index: int, picture: SentPicture, planes: Sequence[TangentPlane | None], cylinder: Array
+    ) -> list[LimbPoints]:
+        region = np.array(self.rig.region_y_mm)
+        view, limbs = self._views[index], []
+        for seen, side in zip(planes, LIMB_SIDES, strict=True):
+            plane = seen or TangentPlane.touching(view.camera.centre_mm, cylinder, side)
+            first_mm, last_mm = np.sort(plane.places_mm(cylinder, region)).tolist()
+            limbs.append(view.finder.finely(picture, plane.line, side, (first_mm, last_mm)))
+        return limbs
 
     def _stations(self, limb: LimbPoints, cylinder: Array) -> Array:
         plane = TangentPlane.touching(self._views[limb.view].camera.centre_mm, cylinder, limb.side)
@@ -231,30 +270,53 @@ class TangentGauge:
         stations = [self._stations(limb, cylinder) for limb in limbs]
         points = EdgePoints.from_limbs(limbs, stations, region[0], WINDOW_MM)
         rig = _turned(self.rig, known.turns)
-        rays = points.rays(rig)
-        start = cylinder if rig is self.rig else nearest_cylinder(rays, cylinder)
-        bent = fit_bent_cylinder(points, rays, start, (region[1] - region[0]) / 2)
-        if bent is None:
+        found = self._fitted(points, rig, cylinder, known)
+        if found is None:
             return SizeReading(reasons=reasons | Reason.FIT_FAILED)
+        bent, shift = found
         fit = bent.fit
         if not np.isfinite(fit.u_diameter_mm):
             return SizeReading(reasons=reasons | Reason.NO_WINDOWS, windows_total=total)
         window_px = points.window_medians(fit.residual_px, total)
         kept = int(np.count_nonzero(np.all(np.abs(window_px) <= WINDOW_AGREEMENT_PX, axis=0)))
         wander_px = _wander_px(window_px)
-        reasons |= _reasons_of_fit(fit, window_px, region) | _reasons_of_ends(fit, points, region)
+        reasons |= reasons_of_fit(fit, window_px, region) | reasons_of_ends(fit, points, region)
         reasons |= Reason.FEW_WINDOWS if 2 * kept < total else Reason.NONE
         reasons |= Reason.SHIMMER if wander_px > MOST_WANDER_PX else Reason.NONE
         if reasons.forbids_value:
             return SizeReading(reasons=reasons, windows_kept=kept, windows_total=total)
-        section = section_view(fit, points, bent.rays)
-        budget = uncertainty_budget(fit, points, rig, limbs, section=section, known=known)
+        if shift is None:
+            known = known if _covers_region(reasons) else replace(known, point=None)
+            solution = of_two_views(bent, points, rig, limbs, known)
+        else:
+            solution = of_one_view(bent, points, known, shift)
+        reasons |= Reason.NONE if solution.agrees else Reason.ROUTES_DISAGREE
+        budget = uncertainty_budget(solution, points, rig, limbs, known)
         return replace(
-            _reading(bent, budget, reasons, kept, total),
+            _reading(solution, budget, reasons, kept, total),
+            camber_mm=SAGITTA_MM2 * bent.bow.per_mm,
+            u_camber_mm=SAGITTA_MM2 * bent.bow.u_per_mm,
             wander_px=wander_px,
             width_left_mm=_width_mm(fit, points, 0),
             width_right_mm=_width_mm(fit, points, 1),
         )
+
+    def _fitted(
+        self, points: EdgePoints, rig: Rig, cylinder: Array, known: Circumstances
+    ) -> tuple[BentCylinder, Array | None] | None:
+        """The cylinder of all limbs; of one view's with what a millimetre of the laser's point changes, else None."""
+        rays, region = points.rays(rig), self.rig.region_y_mm
+        if np.ptp(points.view) == 0 and known.point is not None:
+            fitted = fit_with_point(rays, cylinder, known.point)
+            return None if fitted is None else (BentCylinder(fitted[0], rays, UNSEEN_BOW), fitted[1])
+        start = cylinder if rig is self.rig else nearest_cylinder(rays, cylinder)
+        bent = fit_bent_cylinder(points, rays, start, (region[1] - region[0]) / 2)
+        return None if bent is None else (bent, None)
+
+
+def _covers_region(reasons: Reason) -> bool:
+    """Whether the bar surely lies where the laser meets it."""
+    return not reasons & (Reason.BAR_HEAD | Reason.BAR_TAIL)
 
 
 def one_bar(outlines: tuple[list[Outline], list[Outline]]) -> tuple[Outline, Outline] | Reason:
@@ -310,58 +372,9 @@ def _shown(limbs: list[LimbPoints]) -> list[int]:
     return np.flatnonzero(enough).tolist()
 
 
-def _reasons_of_limbs(limbs: list[LimbPoints], shown: list[int]) -> Reason:
-    reasons = Reason.NONE
-    if len(shown) < LEAST_LIMBS:
-        lost = [limb for index, limb in enumerate(limbs) if index not in shown]
-        clipped = any(limb.clipped_share > CLIPPED_MOST_SHARE for limb in lost)
-        return Reason.EDGES_CLIPPED if clipped else Reason.EDGE_NOT_FOUND
-    if len(shown) < len(limbs):
-        reasons |= Reason.LIMB_HIDDEN
-    for index in shown:
-        if median(limbs[index].bright) < WEAK_CONTRAST * median(limbs[index].dark):
-            reasons |= Reason.LOW_CONTRAST
-    if any(limb.is_guess or limb.clipped_share > CLIPPED_FEW_SHARE for limb in limbs):
-        reasons |= Reason.SOME_EDGES_CLIPPED
-    return reasons
-
-
-def _reasons_of_ends(fit: CylinderFit, points: EdgePoints, region_y_mm: tuple[float, float]) -> Reason:
-    """Reasons for a bar that ends in the region, or covers too little of it."""
-    edges = np.arange(region_y_mm[0], region_y_mm[1] + END_BIN_MM / 2, END_BIN_MM)
-    good = np.abs(fit.residual_px) < END_AGREEMENT_PX
-    limbs = [points.station_mm[good & (points.limb == limb)] for limb in range(points.limb.max() + 1)]
-    showing = np.sum([np.histogram(stations, edges)[0] > 0 for stations in limbs], axis=0)
-    shown, sure = np.flatnonzero(showing), np.flatnonzero(showing >= LEAST_LIMBS_AT_END)
-    if not sure.size:
-        return Reason.EDGE_NOT_FOUND
-    first_mm, last_mm = edges[shown[0]], edges[shown[-1] + 1]
-    reasons = Reason.NONE
-    if last_mm < region_y_mm[1] - END_MARGIN_MM:
-        reasons |= Reason.BAR_HEAD
-    if first_mm > region_y_mm[0] + END_MARGIN_MM:
-        reasons |= Reason.BAR_TAIL
-    if edges[sure[-1]] - edges[sure[0]] < COVERED_SHARE * (region_y_mm[1] - region_y_mm[0]):
-        reasons |= Reason.BAR_TOO_SHORT
-    return reasons
-
-
-def _reasons_of_fit(fit: CylinderFit, window_px: Array, region_y_mm: tuple[float, float]) -> Reason:
-    _, z0, _, slope_z, radius_mm = fit.parameters
-    reasons = Reason.NONE
-    if max(abs(median_without_nan(limb_px)) for limb_px in window_px) > WORST_LIMB_PX:
-        reasons |= Reason.VIEWS_DISAGREE
-    end_mm = np.abs(np.array(region_y_mm) * slope_z + z0 - radius_mm).max()
-    on_rollers = end_mm <= OFF_ROLLERS_SHARE * 2 * radius_mm + OFF_ROLLERS_MM
-    if not (DIAMETER_MM[0] <= 2 * radius_mm <= DIAMETER_MM[1] and on_rollers):
-        reasons |= Reason.IMPLAUSIBLE
-    return reasons
-
-
-def _reading(bent: BentCylinder, budget: Budget, reasons: Reason, kept: int, total: int) -> SizeReading:
-    fit = bent.fit
+def _reading(solution: Solution, budget: Budget, reasons: Reason, kept: int, total: int) -> SizeReading:
+    fit = solution.fit
     x0, z0, _, _, _ = fit.parameters
-    sagitta_mm2 = CAMBER_LENGTH_MM**2 / 8  # of the sagitta over the bow's second derivative
     return SizeReading(
         diameter_mm=fit.diameter_mm,
         expanded_uncertainty_mm=budget.expanded_mm,
@@ -377,6 +390,6 @@ def _reading(bent: BentCylinder, budget: Budget, reasons: Reason, kept: int, tot
         u_shape_mm=budget.shape_mm,
         u_model_mm=budget.model_mm,
         u_motion_mm=budget.motion_mm,
-        camber_mm=sagitta_mm2 * bent.bow.per_mm,
-        u_camber_mm=sagitta_mm2 * bent.bow.u_per_mm,
+        u_range_mm=budget.range_mm,
+        range_gap_mm=solution.gap_mm,
     )

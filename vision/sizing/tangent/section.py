@@ -8,6 +8,7 @@ C = |sum of G_i exp(2 i t_i)| / 2. Four limbs have one residual; it shows the co
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,21 @@ Array = NDArray[np.float64]
 CIRCLE_PARAMETERS = 3  # across, height and radius of a circle in the section
 
 
+class SpotView(NamedTuple):
+    """What a laser's spot on the bar tells of the section.
+
+    Attributes
+    ----------
+    growth : float
+        Growth of the diameter per millimetre by which the spot lies further outwards.
+    outwards : ndarray of float64, shape (3,)
+        The bar's outward normal there.
+    """
+
+    growth: float
+    outwards: Array
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class SectionView:
     """The section as its limbs show it.
@@ -32,17 +48,18 @@ class SectionView:
         C: largest error of the diameter over half of the ovality; 1 where the views see no more than one width.
     seen_ovality_mm : float
         Least ovality that the limbs' residuals call for, less their noise; 0 with three limbs.
-    height_slope : float
-        Growth of the diameter per millimetre by which the axis seems higher because one view has shifted sideways.
+    sideways : ndarray of float64, shape (5,)
+        Change of the cylinder's parameters per millimetre by which the axis seems higher because one view has shifted
+        sideways: of the view that changes the diameter more.
     """
 
     unseen_share: float
     seen_ovality_mm: float
-    height_slope: float
+    sideways: Array
 
 
-def section_view(fit: CylinderFit, points: EdgePoints, rays: EdgeRays) -> SectionView:
-    """What the limbs tell of the section.
+def section_view(fit: CylinderFit, points: EdgePoints, rays: EdgeRays, spot: SpotView | None = None) -> SectionView:
+    """What the limbs tell of the section, and a laser's spot beside them.
 
     Parameters
     ----------
@@ -51,16 +68,21 @@ def section_view(fit: CylinderFit, points: EdgePoints, rays: EdgeRays) -> Sectio
         Points that the cylinder was fitted to.
     rays : EdgeRays
         Theirs.
+    spot : SpotView or None
+        One more place of the section's outline that decides the diameter.
     """
     limbs = range(int(points.limb.max()) + 1)
     _, outwards = touched_points(fit.parameters, rays)
     mean = np.array([outwards[points.limb == limb].mean(axis=0) for limb in limbs])
     turn = np.arctan2(mean[:, 2], mean[:, 0])
     growth = np.array([-2 * np.sum(fit.gain[4, points.limb == limb]) for limb in limbs])
+    waves = complex(growth @ np.exp(2j * turn))
+    if spot is not None:
+        waves += spot.growth * complex(np.exp(2j * np.arctan2(spot.outwards[2], spot.outwards[0])))
     return SectionView(
-        unseen_share=float(np.abs(growth @ np.exp(2j * turn)) / 2),
+        unseen_share=abs(waves) / 2,
         seen_ovality_mm=_seen_ovality_mm(fit, points, turn),
-        height_slope=_height_slope(fit, points),
+        sideways=_sideways(fit, points),
     )
 
 
@@ -87,12 +109,12 @@ def _limb_place_mm(fit: CylinderFit, points: EdgePoints, limb: int) -> tuple[flo
     return median(outwards_mm), float(means.std() / math.sqrt(max(len(means) - 1, 1)))
 
 
-def _height_slope(fit: CylinderFit, points: EdgePoints) -> float:
-    """The larger of both views' slopes |dD / dh| when the view's limbs shift sideways together."""
-    largest = 0.0
+def _sideways(fit: CylinderFit, points: EdgePoints) -> Array:
+    """What a view's limbs that shift sideways together do per mm of apparent height, where the diameter grows most."""
+    largest = np.zeros(5)
     for view in range(2):
         shift = -(fit.gain @ np.where(points.view == view, np.where(points.side < 0, *LIMB_SIDES), 0.0))
         apparent_mm = shift[1] - shift[4]
-        if abs(apparent_mm) > 1e-6:
-            largest = max(largest, abs(float(2 * shift[4] / apparent_mm)))
+        if abs(apparent_mm) > 1e-6 and abs(shift[4] / apparent_mm) > abs(largest[4]):
+            largest = shift / apparent_mm
     return largest

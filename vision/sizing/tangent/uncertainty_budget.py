@@ -10,6 +10,7 @@ from vision.calibration.bundle_adjustment import N_CAMERA, project_with_slopes
 from vision.calibration.camera_turn import NO_TURN, CameraTurn
 from vision.calibration.rig import Rig
 from vision.geometry.camera import CAMERA_PARAMETERS
+from vision.geometry.surface_point import SurfacePoint
 from vision.light import half_level_doubts_px
 from vision.order_statistics import median
 from vision.sizing.tangent.cylinder_fit import CylinderFit, touched_points
@@ -32,7 +33,7 @@ GUESS_SHIFT_PX = 0.07  # of an edge in luma with a channel clipped up to 3 times
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """Parts of the standard uncertainty (k = 1) of the diameter, mm; `motion` is a part of `model`."""
+    """Parts of the standard uncertainty (k = 1) of the diameter, mm; `motion` and `range` are parts of `model`."""
 
     edge_mm: float
     calibration_mm: float
@@ -41,11 +42,12 @@ class Budget:
     shape_mm: float
     model_mm: float
     motion_mm: float
+    range_mm: float
 
     @property
     def expanded_mm(self) -> float:
         """U = 2 u, u the root sum of squares of the parts."""
-        return 2 * float(np.sqrt(sum(part**2 for part in astuple(self)[:-1])))
+        return 2 * float(np.sqrt(sum(part**2 for part in astuple(self)[:-2])))
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,34 +62,57 @@ class Circumstances:
         How the cameras have turned since their calibration, which the rig of the fit allows for.
     synchronous : bool
         Whether time stamps prove that both cameras exposed together.
+    point : SurfacePoint or None
+        Where a laser meets the bar, if one measures beside the cameras.
     """
 
     ovality_mm: float | None = None
     turns: tuple[CameraTurn, CameraTurn] = (NO_TURN, NO_TURN)
     synchronous: bool = False
+    point: SurfacePoint | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solution:
+    """A bar's cylinder with what its uncertainty needs beside the edge points.
+
+    Attributes
+    ----------
+    fit : CylinderFit
+        Combined with a laser's point where there is one.
+    section : SectionView
+        What the limbs, and the laser's spot, tell of the section.
+    motion : ndarray of float64, shape (5,)
+        Standard uncertainty of the parameters from motion, or from a wrong range; see `bar_motion`.
+    range_mm : float
+        Standard uncertainty of the diameter from the laser's point; 0 without one.
+    gap_mm : float
+        How far the point lies outside of the cylinder that the views show; NaN without one.
+    agrees : bool
+        False where the point contradicts the views and was not used.
+    """
+
+    fit: CylinderFit
+    section: SectionView
+    motion: Array
+    range_mm: float = 0.0
+    gap_mm: float = math.nan
+    agrees: bool = True
 
 
 def uncertainty_budget(
-    fit: CylinderFit,
-    points: EdgePoints,
-    rig: Rig,
-    limbs: list[LimbPoints],
-    *,
-    section: SectionView,
-    known: Circumstances,
+    solution: Solution, points: EdgePoints, rig: Rig, limbs: list[LimbPoints], known: Circumstances
 ) -> Budget:
     """All parts of the diameter's uncertainty.
 
     Parameters
     ----------
-    fit : CylinderFit
+    solution : Solution
     points : EdgePoints
         Points that the cylinder was fitted to.
     rig : Rig
     limbs : list of LimbPoints
         In the order of `points.limb`.
-    section : SectionView
-        What the limbs tell of the section.
     known : Circumstances
 
     Returns
@@ -96,49 +121,94 @@ def uncertainty_budget(
         `edge`: scatter of the points, correlation within windows counted. `calibration`: the rig's covariance,
         propagated through the fit. `board`: the board's scale. `light`: the camera's response and overexposed
         points. `shape`: what the views cannot see of a section that is not round. `model`: limbs that lie off as a
-        whole, what the greater doubt in residuals inwards is worth, as a rectangular distribution, and `motion`: a bar
-        that moved between both exposures.
+        whole, what the greater doubt in residuals inwards is worth, as a rectangular distribution, `motion`: a bar
+        that moved between both exposures, and `range`.
     """
-    reach_mm = np.array([_reach_mm(fit, points, limb) for limb in range(len(limbs))])
-    shift_px = np.array(
-        [half_level_doubts_px(rig.response, (one.dark, one.bright), one.blur_px) for one in limbs]
-    )  # one column for each doubt
-    compression_px = np.array([one.u_compression_px for one in limbs])
-    clipped_px = np.array([max(CLIPPED_SHIFT_PX * one.clipped_share, one.is_guess * GUESS_SHIFT_PX) for one in limbs])
+    fit, section, range_mm = solution.fit, solution.section, solution.range_mm
+    reach_mm = 2 * _reach(fit, points, len(limbs))[4]
     off_px = np.array([_off_px(fit, points, index, limb) for index, limb in enumerate(limbs)])
-    motion_mm = 0.0 if known.synchronous else _off_rollers_mm(fit, section)
+    motion_mm = 2 * abs(float(solution.motion[4]))
+    off_mm = [*(reach_mm * off_px), fit.inwards_mm / math.sqrt(3), motion_mm, range_mm]
     return Budget(
         edge_mm=fit.u_diameter_mm,
-        calibration_mm=_calibration_mm(fit, points, rig, known.turns),
+        calibration_mm=2 * math.sqrt(max(_calibration_covariance(fit, points, rig, known.turns)[4, 4], 0.0)),
         board_mm=fit.diameter_mm * rig.square_relative_u,
-        # response and overexposure move all limbs the same way, a limb's own fault only that limb
-        light_mm=float(np.linalg.norm([*(reach_mm @ shift_px), reach_mm @ clipped_px, reach_mm @ compression_px])),
+        light_mm=float(np.linalg.norm(reach_mm @ _light_px(rig, limbs))),
         shape_mm=section.unseen_share * _ovality_mm(fit, section, known) / (2 * math.sqrt(3)),
-        model_mm=float(np.linalg.norm([*(reach_mm * off_px), fit.inwards_mm / math.sqrt(3), motion_mm])),
+        model_mm=float(np.linalg.norm(off_mm)),
         motion_mm=motion_mm,
+        range_mm=range_mm,
     )
 
 
-def _reach_mm(fit: CylinderFit, points: EdgePoints, limb: int) -> float:
-    """Growth of the diameter when a whole limb moves outwards by one pixel."""
-    mine = points.limb == limb
-    return float(-2 * np.sum(fit.gain[4, mine] / fit.pixel_per_mm[mine]))
+def parameter_covariance(
+    fit: CylinderFit, points: EdgePoints, rig: Rig, limbs: list[LimbPoints], known: Circumstances
+) -> Array:
+    """Covariance (k = 1) of the cylinder's parameters from edges, calibration, light and limbs that lie off.
+
+    The board's scale is left out: a laser whose ray was calibrated in the rig's frame shares it. So are shape and
+    motion, which are no matter of the parameters alone.
+
+    Parameters
+    ----------
+    fit : CylinderFit
+    points : EdgePoints
+    rig : Rig
+    limbs : list of LimbPoints
+    known : Circumstances
+
+    Returns
+    -------
+    ndarray of float64, shape (5, 5)
+    """
+    reach = _reach(fit, points, len(limbs))
+    off = reach * np.array([_off_px(fit, points, index, limb) for index, limb in enumerate(limbs)])
+    light = reach @ _light_px(rig, limbs)
+    return fit.covariance + _calibration_covariance(fit, points, rig, known.turns) + off @ off.T + light @ light.T
+
+
+def _reach(fit: CylinderFit, points: EdgePoints, limbs: int) -> Array:
+    """Change of the parameters when a whole limb moves outwards by one pixel, shape (5, limbs)."""
+    moved = fit.gain / fit.pixel_per_mm
+    return -np.stack([moved[:, points.limb == limb].sum(axis=1) for limb in range(limbs)], axis=1)
+
+
+def _light_px(rig: Rig, limbs: list[LimbPoints]) -> Array:
+    """Doubts in the places of the limbs, px, one column for each that moves all limbs the same way."""
+    shift_px = np.array([half_level_doubts_px(rig.response, (one.dark, one.bright), one.blur_px) for one in limbs])
+    clipped_px = [max(CLIPPED_SHIFT_PX * one.clipped_share, one.is_guess * GUESS_SHIFT_PX) for one in limbs]
+    return np.column_stack([shift_px, clipped_px, [one.u_compression_px for one in limbs]])
+
+
+def usual_ovality_mm(fit: CylinderFit, known: Circumstances) -> float:
+    """Greatest minus least width that the product may have."""
+    return USUAL_OVALITY_SHARE * fit.diameter_mm if known.ovality_mm is None else known.ovality_mm
 
 
 def _ovality_mm(fit: CylinderFit, section: SectionView, known: Circumstances) -> float:
     """Greatest minus least width that must be allowed for: at least what the views see."""
-    usual_mm = USUAL_OVALITY_SHARE * fit.diameter_mm
-    return max(usual_mm if known.ovality_mm is None else known.ovality_mm, section.seen_ovality_mm)
+    return max(usual_ovality_mm(fit, known), section.seen_ovality_mm)
 
 
-def _off_rollers_mm(fit: CylinderFit, section: SectionView) -> float:
-    """Standard uncertainty from an axis that is not R above the rollers, mm: h dD/dh / sqrt 2.
+def bar_motion(fit: CylinderFit, per_height: Array) -> Array:
+    """Standard uncertainty of the parameters from an axis that is not R above the rollers: h dp/dh / sqrt 2.
 
-    Either the bar hops, which is no error, or one view shows it further aside than the other, which edges cannot show:
-    it moved between two exposures that do not coincide, or a camera has turned. It is the one or the other: the divisor
-    sqrt 2 is that of a distribution with its mass at both ends (arc sine).
+    Either the bar hops, which is no error, or the height is wrong. With two views one of them shows the bar further
+    aside than the other, which edges cannot show: it moved between two exposures that do not coincide, or a camera has
+    turned. With one view the laser's range is wrong. It is the one or the other: the divisor sqrt 2 is that of a
+    distribution with its mass at both ends (arc sine).
+
+    Parameters
+    ----------
+    fit : CylinderFit
+    per_height : ndarray of float64, shape (5,)
+        Change of the parameters per mm of apparent height, dp/dh.
+
+    Returns
+    -------
+    ndarray of float64, shape (5,)
     """
-    return abs(section.height_slope * float(fit.parameters[1] - fit.parameters[4])) / math.sqrt(2)
+    return per_height * float(fit.parameters[1] - fit.parameters[4]) / math.sqrt(2)
 
 
 def _off_px(fit: CylinderFit, points: EdgePoints, index: int, limb: LimbPoints) -> float:
@@ -156,8 +226,10 @@ def _off_px(fit: CylinderFit, points: EdgePoints, index: int, limb: LimbPoints) 
     return float(np.linalg.norm([U_PLACE_PX, limb.u_shading_px, middle_px, bias_px]))
 
 
-def _calibration_mm(fit: CylinderFit, points: EdgePoints, rig: Rig, turns: tuple[CameraTurn, CameraTurn]) -> float:
-    """The rig's covariance through one linear step of the fit; one point stands for each window of a limb.
+def _calibration_covariance(
+    fit: CylinderFit, points: EdgePoints, rig: Rig, turns: tuple[CameraTurn, CameraTurn]
+) -> Array:
+    """The rig's covariance through one linear step of the fit, (5, 5); one point stands for each window of a limb.
 
     When a camera changes a little, a limb moves in its picture as the point does that is seen there on the bar: the
     tangent planes envelope the bar, so the touched point's own way along them does not count.
@@ -165,19 +237,21 @@ def _calibration_mm(fit: CylinderFit, points: EdgePoints, rig: Rig, turns: tuple
     strips = points.limb * (points.window.max() + 1) + points.window
     _, first, index, count = np.unique(strips, return_index=True, return_inverse=True, return_counts=True)
     middle = points.only(first + count // 2)
-    # growth of the diameter per pixel by which all points of a strip move outwards
-    growth_mm = -2 * np.bincount(index, fit.gain[4] / fit.pixel_per_mm)
+    # change of the parameters per pixel by which all points of a strip move outwards
+    moved = np.stack([-np.bincount(index, row) for row in fit.gain / fit.pixel_per_mm])
     touched_mm, outwards = touched_points(fit.parameters, middle.rays(rig))
-    slope, moved_mm2 = np.zeros(2 * N_CAMERA), 0.0
+    slope, turned = np.zeros((5, 2 * N_CAMERA)), np.zeros((5, 5))
     for view, camera in enumerate((rig.left, rig.right)):
         mine = middle.view == view
+        if not mine.any():
+            continue
         _, by_camera, by_point = project_with_slopes(camera, touched_mm[mine])
         normal = np.einsum("nij,nj->ni", by_point, outwards[mine])
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
         # a camera that shows the bar further outwards makes the points that were found lie further inwards
-        slope[view * N_CAMERA :][:N_CAMERA] = -np.einsum("n,ni,nij->j", growth_mm[mine], normal, by_camera)
+        own = -np.einsum("pn,ni,nij->pj", moved[:, mine], normal, by_camera)
+        slope[:, view * N_CAMERA : (view + 1) * N_CAMERA] = own
         # what is left of a camera's turn about its own centre, in which t turns too
-        mine = slope[view * N_CAMERA :][:N_CAMERA]
-        turn_mm = mine[OMEGA] + np.cross(camera.t, mine[TRANSLATION])
-        moved_mm2 += float(turn_mm @ turns[view].covariance @ turn_mm)
-    return float(np.sqrt(max(slope @ rig.covariance @ slope, 0.0) + moved_mm2))
+        turn = own[:, OMEGA] + np.cross(camera.t, own[:, TRANSLATION])
+        turned += turn @ turns[view].covariance @ turn.T
+    return slope @ rig.covariance @ slope.T + turned

@@ -30,6 +30,7 @@ from vision.sizing.checked_pictures import checked_pair
 from vision.sizing.limits import DIAMETER_MM, OFF_ROLLERS_MM, OFF_ROLLERS_SHARE
 from vision.sizing.region_grid import Outline, RegionGrid
 from vision.sizing.virtual_board.aligned_pair import AlignedPair
+from vision.sizing.virtual_board.bar_tilt import unless_tilted
 from vision.sizing.virtual_board.parameters import PRINTED_PARAMETERS, SERVED_PARAMETERS, Parameters
 from vision.sizing.virtual_board.reading import CORRECTED, Corrections, VirtualBoardReading
 from vision.sizing.virtual_board.tangent_crossing import Section, solve_section, tangent_cuts
@@ -223,8 +224,8 @@ class VirtualBoardGauge:
             return VirtualBoardReading(reasons=reasons | Reason.NOT_ALIGNED | self._held())
         pair = self.last_pair = AlignedPair(alignment, height, edges, outline[0])
         if self._fusion == "none":
-            return self.read(pair, reasons)
-        return self._read_fused(pair, outlines[0], self._fusion, reasons)
+            return unless_tilted(self.read(pair, reasons), pair)
+        return unless_tilted(self._read_fused(pair, outlines[0], self._fusion, reasons), pair)
 
     def _read_fused(self, pair: AlignedPair, rough: Outline, method: Method, reasons: Reason) -> VirtualBoardReading:
         """Reading of the fused picture alone."""

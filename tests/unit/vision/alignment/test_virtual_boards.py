@@ -1,5 +1,6 @@
 """Virtual boards at heights where no board lay, against the cameras' own projection."""
 
+import cv2
 import numpy as np
 import pytest
 from mill_scenes import perfect_rig
@@ -64,3 +65,31 @@ def test_a_linear_board_is_right_at_the_two_real_heights_only():
             )
         between = boards.corners(100.0, projective=False)[0]
         assert np.abs(between - true_corners(rig.left, 100.0)).max() * rig.left.K[0, 0] > 0.2
+
+
+@pytest.mark.parametrize("tilt_deg", [-3.0, 2.0, 5.0])
+def test_boards_of_a_line_that_rises_are_parallel_to_the_line(tilt_deg):
+    for rig in RIGS[:4]:
+        turned = rig.along_line(tilt_deg)
+        corners = VirtualBoards.of_rig(turned).corners(120.0)
+        for seen, camera in zip(corners, (turned.left, turned.right), strict=True):
+            rays = np.column_stack([seen, np.ones(len(seen))]) @ camera.R
+            places = camera.centre_mm + rays * ((120.0 - camera.centre_mm[2]) / rays[:, 2])[:, None]
+            assert places[:, 0] == pytest.approx(STAND_IN_MM[:, 0], abs=1e-6)  # each corner right under its own place
+
+
+def test_two_boards_alone_give_every_plane_of_their_pencil():
+    """H(h, s) = H_low + v [s_x, s_y, h - h_low], from the homographies of the low and of the high board."""
+    rig, slope, height_mm = RIGS[3], np.array([0.03, -0.06]), 150.0
+    on_board = np.column_stack([STAND_IN_MM, np.ones(len(STAND_IN_MM))])
+
+    def homography(height):
+        found = cv2.findHomography(STAND_IN_MM, true_corners(rig.left, height), 0)[0]
+        return found / np.linalg.norm(found[:, 0])  # the direction along x has one length on both
+
+    low, high = homography(rig.low_mm), homography(rig.high_mm)
+    rise = (high - low)[:, 2] / (rig.high_mm - rig.low_mm)
+    plane = low + np.outer(rise, [*slope, height_mm - rig.low_mm])
+    image = on_board @ plane.T
+    expected = VirtualBoards.of_rig(rig).corners(height_mm, slope=(slope[0], slope[1]))[0]
+    assert image[:, :2] / image[:, 2:] == pytest.approx(expected, abs=1e-6)

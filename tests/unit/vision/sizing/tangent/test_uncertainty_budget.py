@@ -11,7 +11,7 @@ from tangent_rays import FOCAL_PX, START, tangent_rays
 from vision.reasons import Reason
 from vision.sizing.tangent import uncertainty_budget as budget
 from vision.sizing.tangent.cylinder_fit import fit_cylinder
-from vision.sizing.tangent.gauge import _reasons_of_limbs
+from vision.sizing.tangent.reading_reasons import reasons_of_limbs
 from vision.sizing.tangent.section import SectionView
 
 LIMBS = range(4)
@@ -44,20 +44,22 @@ def limb(**changes):
 
 
 def parts(monkeypatch, limbs, *, lift_mm=0.0, height_slope=0.0, unseen_share=0.0, synchronous=False):
-    monkeypatch.setattr(budget, "_calibration_mm", lambda *_: 0.0)
+    monkeypatch.setattr(budget, "_calibration_covariance", lambda *_: np.zeros((5, 5)))
     rig = SimpleNamespace(response="linear", square_relative_u=0.0)
     parameters = FIT.parameters.copy()
     parameters[1] = parameters[4] + lift_mm
     fit = replace(FIT, parameters=parameters, residual_px=np.zeros(len(RAYS.limb)), weight=np.ones(len(RAYS.limb)))
     points = SimpleNamespace(limb=RAYS.limb)
-    section = SectionView(unseen_share, seen_ovality_mm=0.2, height_slope=height_slope)
+    sideways = np.array([0.0, 1.0, 0.0, 0.0, height_slope / 2])
+    section = SectionView(unseen_share, seen_ovality_mm=0.2, sideways=sideways)
     known = budget.Circumstances(ovality_mm=0.6, synchronous=synchronous)
-    return budget.uncertainty_budget(fit, points, rig, limbs, section=section, known=known)
+    motion = np.zeros(5) if synchronous else budget.bar_motion(fit, section.sideways)
+    return budget.uncertainty_budget(budget.Solution(fit, section, motion), points, rig, limbs, known)
 
 
 @pytest.mark.parametrize("moved", LIMBS)
 def test_the_reach_of_each_limb_is_what_the_diameter_grows_by(moved):
-    reach_mm = budget._reach_mm(FIT, SimpleNamespace(limb=RAYS.limb), moved)
+    reach_mm = 2 * budget._reach(FIT, SimpleNamespace(limb=RAYS.limb), 4)[4, moved]
     assert reach_mm == pytest.approx(grown_mm([0.1 if one == moved else 0.0 for one in LIMBS]) / 0.1, rel=0.02)
 
 
@@ -97,6 +99,6 @@ def test_overexposed_limbs_are_a_reason_beside_others():
     weak = limb(bright=np.array([0.03]), clipped_share=0.0)
     clipped = limb(clipped_share=0.5)
     limbs, shown = [weak, clipped, limb(), limb()], list(LIMBS)
-    assert _reasons_of_limbs(limbs, shown) == Reason.LOW_CONTRAST | Reason.SOME_EDGES_CLIPPED
-    assert _reasons_of_limbs([limb(), clipped, limb(), limb()], shown) == Reason.SOME_EDGES_CLIPPED
-    assert _reasons_of_limbs([limb()] * 4, shown) == Reason.NONE
+    assert reasons_of_limbs(limbs, shown, 3) == Reason.LOW_CONTRAST | Reason.SOME_EDGES_CLIPPED
+    assert reasons_of_limbs([limb(), clipped, limb(), limb()], shown, 3) == Reason.SOME_EDGES_CLIPPED
+    assert reasons_of_limbs([limb()] * 4, shown, 3) == Reason.NONE

@@ -21,7 +21,8 @@ from vision.fusion.names import FUSIONS
 from vision.geometry.homography import transformed
 from vision.geometry.turned_region import whole_picture
 from vision.reasons import Reason
-from vision.sent_picture import SentPicture
+from vision.sent_picture import SentPicture, sent_picture
+from vision.sizing.virtual_board import gauge as gauge_module
 from vision.sizing.virtual_board.gauge import VirtualBoardGauge
 from vision.sizing.virtual_board.one_camera import OneCameraGauge
 from vision.sizing.virtual_board.parameters import Parameters
@@ -140,6 +141,21 @@ def test_fused_pictures_of_subsampled_colours_are_measured_in_luma():
     in_luma, in_colours = gauge.measure(*sent), gauge.measure(*(one.shown for one in sent))
     assert in_luma.diameter_mm == pytest.approx(plain.diameter_mm, abs=0.1)
     assert in_colours.diameter_mm < plain.diameter_mm - 0.2
+
+
+def test_of_views_compressed_differently_the_fused_picture_counts_as_the_coarser(monkeypatch):
+    scene = draw("clean", 0)
+    rig = perfect_rig(scene.rig, scene.response)
+    codings = []
+
+    def sent(luma, coding, shown):
+        codings.append(coding)
+        return sent_picture(luma, coding, shown)
+
+    monkeypatch.setattr(gauge_module, "sent_picture", sent)
+    fine, coarse = (CODINGS[f"jpeg 4:2:0 q{quality}"] for quality in (90, 75))
+    VirtualBoardGauge(rig, edges="sobel", fusion="db4").measure(fine.sent([scene.left]), coarse.sent([scene.right]))
+    assert {coding.quality for coding in codings} == {75}
 
 
 CHOICES = [(edges, fusion) for edges in EDGE_METHODS for fusion in FUSIONS]
