@@ -1,7 +1,7 @@
 """Corrections of route V to the dissertation's method, and its reading of one pair."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,3 +121,8 @@ class VirtualBoardReading:
             u_model_mm=self.u_model_mm,
             method="virtual-board",
         )
+
+
+def without_uncertainty(reading: VirtualBoardReading) -> VirtualBoardReading:
+    """Reading whose U is not known, with the reason `uncertainty_unknown`."""
+    return replace(reading, u_model_mm=math.nan, reasons=reading.reasons | Reason.UNCERTAINTY_UNKNOWN)
