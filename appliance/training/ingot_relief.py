@@ -1,7 +1,7 @@
 """Trains the network of the classifier `relief` on rendered lines: `python -m appliance.training.ingot_relief`.
 
-AdamW (arXiv:1711.05101) on cross entropy, in numpy: the network is so small that no library for it is needed. A batch
-shows some ends of each of its lines beside that line's references, now and then beside another line's.
+Cross entropy, by AdamW. A batch shows some ends of each of its lines beside that line's references, now and then beside
+another line's.
 """
 
 import argparse
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
+from appliance.training.adamw import AdamW
 from appliance.training.rendered_ends import RenderedLine, rendered_line
 from vision.ingot.classifiers.relief import CONVOLUTIONS, MODEL, PLANES, STRIDE, relief
 
@@ -26,7 +27,7 @@ LINES, FACES, VIEWS = 1500, 6, 2
 LINES_A_BATCH, ENDS_A_LINE = 24, 5
 STEPS, FALLING_STEPS = 1500, 2000  # chosen: the rate falls along half a cosine, and training ends before it is 0
 SIDES, CHANNELS, HIDDEN = (5, 3, 3, 3), (PLANES, 16, 32, 48, 64), 48
-RATE, DECAY, MOMENTS, LEAST_MOMENT = 3e-3, 1e-4, (0.9, 0.999), 1e-8
+RATE = 3e-3
 CERTAINTY = 0.99  # of labels: a face may be blurred beyond recognition
 SHARE_OF_WRONG_REFERENCES = 0.1  # of the ends: compared with another line's
 
@@ -111,17 +112,10 @@ def train(layers: Layers, lines: list[RenderedLine], steps: int, rng: Rng) -> No
     steps : int
     rng : numpy.random.Generator
     """
-    parameters = [one for pair in layers for one in pair]
-    first, second = ([np.zeros_like(one) for one in parameters] for _ in range(2))
+    optimiser = AdamW([one for pair in layers for one in pair])
     for step in tqdm(range(steps), unit="step", disable=None):
         _, slopes = loss_and_slopes(layers, batch_of(lines, rng))
-        rate = RATE * 0.5 * (1 + np.cos(np.pi * step / FALLING_STEPS))
-        for number, slope in enumerate(slopes):
-            first[number] += (1 - MOMENTS[0]) * (slope - first[number])
-            second[number] += (1 - MOMENTS[1]) * (slope**2 - second[number])
-            unbiased = first[number] / (1 - MOMENTS[0] ** (step + 1))
-            spread = np.sqrt(second[number] / (1 - MOMENTS[1] ** (step + 1))) + LEAST_MOMENT
-            parameters[number] -= (rate * (unbiased / spread + DECAY * parameters[number])).astype(np.float32)
+        optimiser.step(slopes, RATE * 0.5 * (1 + np.cos(np.pi * step / FALLING_STEPS)))
 
 
 def batch_of(lines: list[RenderedLine], rng: Rng) -> Batch:

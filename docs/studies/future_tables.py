@@ -39,6 +39,23 @@ def tilted_line() -> Rows:
     return [("line rises by", "", *HEAD), *rows]
 
 
+def edges_learned() -> Rows:
+    """The network beside the forest: what is found, what is false, where edges lie."""
+    found = summary("edges_learned")
+    scenes = [name for name, one in found["forest"].items() if isinstance(one, dict)]
+    figures: dict[str, Callable[[Summary], str]] = {
+        "rows with a false edge, %": lambda one: f"{100 * one['rows_with_a_false_edge']:.1f}",
+        "limb rows within 1 px, %": lambda one: f"{100 * one['limbs_within_1_px']:.1f}",
+        "width bias / spread, px": lambda one: f"{one['width_bias_px']:+.2f} / {one['spread_px']:.2f}",
+    }
+    rows = [
+        (title, method, *(figure(found[method][scene]) for scene in scenes))
+        for title, figure in figures.items()
+        for method in found
+    ]
+    return [("", "", *scenes), *rows]
+
+
 def _figures(found: Summary) -> tuple[str, ...]:
     if not found["values"]:
         return (str(found["frames"]), "0", *("-",) * (len(HEAD) - 2))
@@ -53,4 +70,5 @@ def _figures(found: Summary) -> tuple[str, ...]:
 FUTURE_TABLES: dict[str, Callable[[], Rows]] = {
     "range beside": range_beside,
     "tilted line": tilted_line,
+    "edges learned": edges_learned,
 }

@@ -12,7 +12,8 @@ RESULT = Path(__file__).parents[2] / "docs" / "studies" / "mutants.json"
 TEXT = (
     "Small changes of the source, one at a time, every place in the code of a folder with the same chance; only tests "
     "that execute the changed line are run. `killed` is noticed by a test. Of the others the verdict says why: "
-    "`equivalent`, code that says the same, left out of the shares; `closed`, a gap that a test closes since; `open`."
+    "`equivalent`, code that says the same, left out of the shares; `closed`, a gap that a test closes since; `open`. "
+    "Survivors that a test outside of the map notices (documents, OpenCV's forest) were shown to it and are killed."
 )
 PLACE = ("file", "line", "before", "after")
 

@@ -44,14 +44,17 @@ def cases():
 
 
 def run(case):
+    return judged(case, EDGE_METHODS, edges)
+
+
+def judged(case, methods, found):
+    """Counts of one picture; `found` gives the edges of a picture by a method."""
     if case["scene"] in RECORDED:
         bar = upright.recorded(RECORDINGS / "line_a", case["scene"], case["number"], case["side"])
     else:
         bar = upright.rendered(*_drawn(case["scene"], case["number"]), case["side"])
     image = getattr(bar, case["picture"])
-    return {"rows_in_all": bar.limbs_px.shape[1]} | {
-        method: _judged(bar, edges(image, method)) for method in EDGE_METHODS
-    }
+    return {"rows_in_all": bar.limbs_px.shape[1]} | {method: _counts(bar, found(image, method)) for method in methods}
 
 
 @lru_cache(maxsize=1)
@@ -72,7 +75,7 @@ def edges(image, method):
     return EdgeMap(passed.astype(np.float32), steps[0].normal_rad)
 
 
-def _judged(bar, found_edges):
+def _counts(bar, found_edges):
     strength, thinned = found_edges.strength, ridges(found_edges.strength, found_edges.normal_rad)
     rows = limb_rows(strength[upright.JUDGED], thinned[upright.JUDGED], bar.limbs_px)
     steps = (THRESHOLDS * (1 - 1e-6))[:, None]
@@ -87,12 +90,14 @@ def _judged(bar, found_edges):
 
 
 def summary(rows):
-    return {picture: _of_picture([row for row in rows if row["picture"] == picture]) for picture in PICTURES}
+    return {
+        picture: of_picture([row for row in rows if row["picture"] == picture], EDGE_METHODS) for picture in PICTURES
+    }
 
 
-def _of_picture(rows):
+def of_picture(rows, methods):
     told = {}
-    for method in EDGE_METHODS:
+    for method in methods:
         near = np.sum([row[method]["near"] for row in rows], axis=0) / (2 * sum(row["rows_in_all"] for row in rows))
         enough = np.flatnonzero(near >= WANTED_FOUND)
         step = int(enough[-1]) if enough.size else 0

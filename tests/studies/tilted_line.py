@@ -14,7 +14,7 @@ from studies.served_diameter import rounded
 from vision.calibration.checkerboard import Board
 from vision.calibration.stereo import calibrate
 from vision.sizing.gauge import Gauge
-from vision.sizing.virtual_board.bar_tilt import bar_tilt
+from vision.sizing.virtual_board.bar_tilt import bar_tilt_deg
 from vision.sizing.virtual_board.gauge import VirtualBoardGauge
 
 TEXT = (
@@ -77,7 +77,7 @@ def fitted_tilt_deg(rig, pair):
         gauge.measure(*pair)
         if gauge.last_pair is None:
             return np.nan
-        rig = rig.along_line(rig.tilt_deg + np.nan_to_num(bar_tilt(gauge.last_pair).deg))
+        rig = rig.along_line(rig.tilt_deg + np.nan_to_num(bar_tilt_deg(gauge.last_pair)))
     return rig.tilt_deg
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from appliance.cameras.recording.pairs import Recording
 from appliance.sizing.stereo.rig_file import RigError
 from vision.calibration.rig import Rig
-from vision.sizing.virtual_board.bar_tilt import bar_tilt
+from vision.sizing.virtual_board.bar_tilt import bar_tilt_deg
 from vision.sizing.virtual_board.gauge import VirtualBoardGauge
 
 FRAMES_FITTED = 9  # chosen: spread over the recording; their median is the tilt
@@ -40,7 +40,7 @@ def fitted_along_line(rig: Rig, recording: Path) -> Rig:
         tilts: list[float] = []
         for pair in pairs:
             gauge.measure(*pair)
-            if gauge.last_pair is not None and math.isfinite(tilt_deg := bar_tilt(gauge.last_pair).deg):
+            if gauge.last_pair is not None and math.isfinite(tilt_deg := bar_tilt_deg(gauge.last_pair)):
                 tilts.append(tilt_deg)
         if not tilts:
             raise RigError(f"{recording}: no frame shows how the bar lies on the line; give --board-tilt in degrees")

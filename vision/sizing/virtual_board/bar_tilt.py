@@ -6,7 +6,6 @@ millimetre of height makes, is the tilt: a stereo measurement, which needs a bas
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,19 +21,9 @@ STEP_MM = 5.0  # chosen: of height, over which the parallax is measured
 PARTS = 20  # chosen: places along the bar
 LEAST_PARALLAX = 0.02  # chosen, px per mm: below it 0.05 px of an outline are 2.5 mm of height, and no tilt is told
 
-# Chosen: on level boards the diameter errs by 0.7 mm RMS per degree (docs/studies/tilted_line.json), at 0.2 degrees by
-# what U = 0.18 mm just bears. Scale and haze may tilt an outline: a tilt below 4 u is theirs.
-MOST_TILT_DEG, TILT_SIGMAS = 0.2, 4.0
-
-
-class Tilt(NamedTuple):
-    """Rise of a bar along y against the boards, degrees, and its standard uncertainty from the scatter along it."""
-
-    deg: float
-    u_deg: float
-
-
-UNTOLD = Tilt(float("nan"), float("nan"))
+# Chosen: patches of scale tilt an outline by up to 0.45 degrees (132 bars on level lines); a line that rises by less
+# is not told from them in a single pair.
+MOST_TILT_DEG = 0.8
 
 
 def unless_tilted(reading: VirtualBoardReading, pair: AlignedPair) -> VirtualBoardReading:
@@ -46,13 +35,12 @@ def unless_tilted(reading: VirtualBoardReading, pair: AlignedPair) -> VirtualBoa
     pair : AlignedPair
         Of the same pictures.
     """
-    tilt = bar_tilt(pair)
-    tilted = abs(tilt.deg) > max(MOST_TILT_DEG, TILT_SIGMAS * tilt.u_deg)  # false where it is not told
+    tilted = abs(bar_tilt_deg(pair)) > MOST_TILT_DEG  # false for NaN: not told
     return without_uncertainty(reading) if tilted and reading.valid else reading
 
 
-def bar_tilt(pair: AlignedPair) -> Tilt:
-    """Rise of the bar along y against the boards of its alignment.
+def bar_tilt_deg(pair: AlignedPair) -> float:
+    """Rise of the bar along y against the boards of its alignment, degrees.
 
     Parameters
     ----------
@@ -60,25 +48,22 @@ def bar_tilt(pair: AlignedPair) -> Tilt:
 
     Returns
     -------
-    Tilt
+    float
         NaN where an outline is missing or the views have no parallax.
     """
     left, right = (view.outline for view in pair.edges)
     if left is None or right is None:
-        return UNTOLD
+        return math.nan
     alignment, height_mm = pair.alignment, pair.height.height_mm
     rows = np.linspace(0.1, 0.9, PARTS) * alignment.left.shape[0]
     at, above = (_apart_px(pair, left, right, height, rows) for height in (height_mm, height_mm + STEP_MM))
     per_mm = float(np.mean(above - at)) / STEP_MM
     if not abs(per_mm) >= LEAST_PARALLAX:
-        return UNTOLD
+        return math.nan
     middle = np.column_stack([np.full(PARTS, left.first[:, 0].mean()), rows])
     y_mm = transformed(alignment.to_plane(height_mm), middle)[:, 1]
     off_mm = y_mm - y_mm.mean()
-    raised_mm = -at / per_mm
-    rise = float(off_mm @ raised_mm / (off_mm @ off_mm))
-    scatter_mm = float(np.std(raised_mm - raised_mm.mean() - rise * off_mm, ddof=2))
-    return Tilt(math.degrees(math.atan(rise)), math.degrees(scatter_mm / float(np.linalg.norm(off_mm))))
+    return math.degrees(math.atan(float(off_mm @ (-at / per_mm)) / float(off_mm @ off_mm)))
 
 
 def _apart_px(pair: AlignedPair, left: BarOutline, right: BarOutline, height_mm: float, rows: Array) -> Array:

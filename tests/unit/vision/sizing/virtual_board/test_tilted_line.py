@@ -11,7 +11,7 @@ from appliance.simulation.bars.line_scene import Scene
 from appliance.simulation.true_rig import default_rig
 from vision.reasons import Reason
 from vision.sizing.tangent.gauge import TangentGauge
-from vision.sizing.virtual_board.bar_tilt import bar_tilt
+from vision.sizing.virtual_board.bar_tilt import bar_tilt_deg
 from vision.sizing.virtual_board.gauge import VirtualBoardGauge
 
 BAR = Bar(diameter_mm=180.0, offset_mm=-15.0, yaw_deg=0.6)
@@ -46,10 +46,10 @@ def test_a_rig_along_the_line_sees_the_line_as_it_is(rig):
 
 def test_the_bar_shows_how_the_line_rises(rig, pair):
     _, aligned = measured(rig, pair)
-    first_deg = bar_tilt(aligned).deg
+    first_deg = bar_tilt_deg(aligned)
     assert first_deg == pytest.approx(TILT_DEG, abs=0.3)
     _, aligned = measured(rig.along_line(first_deg), pair)
-    assert first_deg + bar_tilt(aligned).deg == pytest.approx(TILT_DEG, abs=0.05)
+    assert first_deg + bar_tilt_deg(aligned) == pytest.approx(TILT_DEG, abs=0.05)
 
 
 def test_on_boards_that_are_turned_the_diameter_is_right(rig, pair):
@@ -67,4 +67,4 @@ def test_without_parallax_no_tilt_is_told(rig, pair):
     _, aligned = measured(rig, pair)
     same = replace(aligned.alignment, right=aligned.alignment.left, rig=replace(rig, right=rig.left))
     boards = replace(same.boards, right=same.boards.left)
-    assert np.isnan(bar_tilt(replace(aligned, alignment=replace(same, boards=boards))).deg)
+    assert np.isnan(bar_tilt_deg(replace(aligned, alignment=replace(same, boards=boards))))
