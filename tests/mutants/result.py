@@ -47,7 +47,7 @@ def main() -> None:
     verdicts = {place(row): row["verdict"] for row in before["rows"] if "verdict" in row}
     lines = [line for file in given.lines for line in file.read_text(encoding="utf-8").splitlines()]
     rows = [json.loads(line) for line in lines] or before["rows"]
-    rows = [row | ({"verdict": verdicts[place(row)]} if place(row) in verdicts else {}) for row in rows]
+    rows = [({"verdict": verdicts[place(row)]} if place(row) in verdicts else {}) | row for row in rows]
     words = ["git", "rev-parse", given.commit or "HEAD"]
     now = subprocess.run(words, cwd=RESULT.parent, capture_output=True, text=True, check=True).stdout.strip()
     head = {"study": "mutants", "text": TEXT, "seed": given.seed, "commit": now, "cases": len(rows)}
