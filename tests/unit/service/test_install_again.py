@@ -13,6 +13,7 @@ def commands(monkeypatch) -> list[tuple[str, ...]]:
     run: list[tuple[str, ...]] = []
     for name in ("_check_computer", "_reload_udev"):
         monkeypatch.setattr(setting_up, name, lambda: None)
+    monkeypatch.setattr(setting_up, "_compile", lambda cache: f"compiled into {cache}")
     monkeypatch.setattr(setting_up, "_write", lambda path, _, keep: f"{'kept' if keep else 'wrote'} {path}")
     monkeypatch.setattr(setting_up, "_run", lambda *words: run.append(tuple(map(str, words))))
     return run
