@@ -17,11 +17,15 @@ class Table(NamedTuple):
     columns : tuple of str
         The first heads the names of the rows.
     rows : list of tuple of str
+        "-" where there is nothing to say.
+    note : str
+        Why; needed where a row has a "-".
     """
 
     title: str
     columns: tuple[str, ...]
     rows: list[tuple[str, ...]]
+    note: str = ""
 
 
 class Plot(NamedTuple):

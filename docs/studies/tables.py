@@ -275,16 +275,18 @@ def _short(value_mm: float) -> str:
     return f"{value_mm:.1f}" if value_mm >= 10 else f"{value_mm:.3f}"
 
 
-def fused_uncertainty() -> Rows:
-    """U of route V with every edge detector and fusion."""
+def route_v_uncertainty() -> Rows:
+    """U of route V with every edge detector."""
     rows = [
         (
             *(name, f"{found['values']} of {found['frames']}", percent(found["covered"])),
-            *(length(found[one]) for one in ("rmse_mm", "median_expanded_mm")),
+            *(length(found[one]) for one in ("rmse_mm", "median_expanded_mm", "rms_from_forest_mm")),
+            percent(found["most_from_forest_of_u"]),
         )
-        for name, found in summary("fused_uncertainty").items()
+        for name, found in summary("route_v_uncertainty").items()
     ]
-    return [("edges, fusion", "values", "error within U", "RMSE mm", "median U mm"), *rows]
+    columns = ("error within U", "RMSE mm", "median U mm", "from the forest's, RMS mm", "at most, of U")
+    return [("edges", "values", *columns), *rows]
 
 
 def ingots_elsewhere() -> Rows:
@@ -369,7 +371,7 @@ TABLES: dict[str, Callable[[], Rows]] = {
     "conveyor elsewhere": conveyor_elsewhere,
     "virtual board": virtual_board,
     "virtual board, steps": virtual_board_steps,
-    "fused uncertainty": fused_uncertainty,
+    "route V uncertainty": route_v_uncertainty,
     "ingots elsewhere": ingots_elsewhere,
     "ingots": ingots,
     **CAMERA_TABLES,

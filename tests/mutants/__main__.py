@@ -34,7 +34,7 @@ def chosen(executed: Executed, mutant: Mutant, *, all_of_them: bool = False) -> 
     tests = executed.by(mutant.file, mutant.line)
     module = mutant.file.removesuffix(".py").replace("/", ".")
     importing = {file for file in executed.files if _imports(executed.copy / file, module)}
-    if mutant.line not in executed.lines.get(mutant.file, {}):
+    if executed.runs_on_import(mutant.file, mutant.line) or not tests:
         tests = tests | {test for test in executed.seconds if test.partition("::")[0] in importing}
     room = mutant.file.partition("/")[0]
 

@@ -93,7 +93,8 @@ class Executed:
         )
         if statement is None:
             return set()
-        if tests := known.get(line) or known.get(statement.lineno):
+        tests = known.get(line) or known.get(statement.lineno)
+        if tests and not self.runs_on_import(file, line):
             return tests
         own = range(statement.lineno, (statement.end_lineno or 0) + 1)
         places = [
@@ -106,6 +107,12 @@ class Executed:
         if found or not depth:
             return found
         return found.union(*(self._by(source, number, depth - 1) for source, number in places))
+
+    def runs_on_import(self, file: str, line: int) -> bool:
+        """Whether a line is in no function's body: the first test that imports its file would seem its only one."""
+        nodes = (node for node in ast.walk(_tree(self.copy / file)) if _holds(node, line))
+        functions = (node for node in nodes if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef))
+        return not any(node.body[0].lineno <= line for node in functions)
 
     def _mentions(self, name: str) -> Iterable[tuple[str, int]]:
         pattern = re.compile(rf"\b{re.escape(name)}\b")

@@ -12,7 +12,8 @@ RESULT = Path(__file__).parents[2] / "docs" / "studies" / "mutants.json"
 TEXT = (
     "Small changes of the source, one at a time, every place in the code of a folder with the same chance; only tests "
     "that execute the changed line are run. `killed` is noticed by a test. Of the others the verdict says why: "
-    "`equivalent`, code that says the same, left out of the shares; `closed`, a gap that a test closes since; `open`."
+    "`equivalent`, code that says the same, left out of the shares; `closed`, a gap that a test closes since; `open`. "
+    "Survivors that a test outside of the map notices (documents, OpenCV's forest) were shown to it and are killed."
 )
 PLACE = ("file", "line", "before", "after")
 
@@ -46,7 +47,7 @@ def main() -> None:
     verdicts = {place(row): row["verdict"] for row in before["rows"] if "verdict" in row}
     lines = [line for file in given.lines for line in file.read_text(encoding="utf-8").splitlines()]
     rows = [json.loads(line) for line in lines] or before["rows"]
-    rows = [row | ({"verdict": verdicts[place(row)]} if place(row) in verdicts else {}) for row in rows]
+    rows = [({"verdict": verdicts[place(row)]} if place(row) in verdicts else {}) | row for row in rows]
     words = ["git", "rev-parse", given.commit or "HEAD"]
     now = subprocess.run(words, cwd=RESULT.parent, capture_output=True, text=True, check=True).stdout.strip()
     head = {"study": "mutants", "text": TEXT, "seed": given.seed, "commit": now, "cases": len(rows)}

@@ -70,13 +70,7 @@ def fused(seed, name):
     coding = DEEPER_CODINGS[name]
     pair = [all_sent([picture] * coding.frames, coding)[-1] for picture in (scene.left, scene.right)]
     reading = gauge.measure(*pair)
-    if not reading.valid:
-        return {"error_mm": None, "expanded_mm": None}
-    stated = np.isfinite(reading.expanded_uncertainty_mm)
-    return {
-        "error_mm": rounded(reading.diameter_mm - scene.truth["diameter_mm"]),
-        "expanded_mm": rounded(reading.expanded_uncertainty_mm) if stated else None,
-    }
+    return {"error_mm": rounded(reading.diameter_mm - scene.truth["diameter_mm"]) if reading.valid else None}
 
 
 def summary(rows):
@@ -98,7 +92,6 @@ def _of(scene, name, rows):
             **_mean(worse),
         }
     values = {seed: row for seed, row in mine.items() if row["error_mm"] is not None}
-    stated = [row for row in values.values() if row["expanded_mm"] is not None]
     error = np.array([row["error_mm"] for row in values.values()])
     both = [seed for seed in values if png[seed]["error_mm"] is not None]
     return {
@@ -106,9 +99,6 @@ def _of(scene, name, rows):
         "values": len(values),
         "rmse_mm": rounded(np.sqrt(np.mean(error**2))),
         "bias_mm": rounded(error.mean()),
-        "stated": len(stated),
-        "inside": rounded(np.mean([abs(row["error_mm"]) <= row["expanded_mm"] for row in stated])) if stated else None,
-        "median_expanded_mm": rounded(np.median([row["expanded_mm"] for row in stated])) if stated else None,
         **_mean([abs(mine[seed]["error_mm"]) - abs(png[seed]["error_mm"]) for seed in both]),
     }
 

@@ -36,6 +36,14 @@ def test_the_committed_results_are_of_all_quick_cases(name):
     assert [row["case"] for row in stored(name)] == EXPERIMENTS[name].cases(quick=True)
 
 
+@pytest.mark.parametrize("name", EXPERIMENTS)
+def test_a_row_without_a_figure_says_why(name):
+    rows = [(row["case"], row["result"]) for row in stored(name)]
+    for table in EXPERIMENTS[name].section(rows).tables:
+        missing = [row for row in table.rows if any(part == "-" for cell in row[1:] for part in cell.split(" / "))]
+        assert table.note or not missing, table.title
+
+
 def test_the_committed_report_says_what_the_committed_results_give(tmp_path):
     shutil.copytree(RESULTS, tmp_path / "results")
     reproduce(tmp_path, quick=True)

@@ -1,4 +1,4 @@
-"""The stated uncertainty against the errors of the served diameter; every seed its own rig, board and calibration."""
+"""The stated uncertainty against the errors of the served diameter and of route V; every seed its own calibration."""
 
 import json
 
@@ -7,6 +7,7 @@ import pytest
 
 from studies.__main__ import RESULTS
 from studies.served_diameter import BARS
+from vision.edges.names import EDGE_METHODS
 
 LEAST, MOST = 0.93, 0.98
 MOST_STANDARD_ERROR = 0.025  # with fewer seeds than its 120 the study would show nothing
@@ -44,3 +45,22 @@ def test_half_and_twice_the_stated_uncertainty_have_not_its_coverage(rows):
 
 def test_the_median_uncertainty_is_as_small_as_claimed(rows):
     assert np.median([row["expanded_mm"] for row in rows]) <= 1.3 * 0.10
+
+
+def test_the_interval_of_route_v_holds_with_the_forest():
+    found = json.loads((RESULTS / "virtual_board.json").read_text(encoding="utf-8"))["rows"]
+    served = [row for row in found if row["part"] == "corrected" and row.get("error_mm") is not None]
+    assert len(served) > 1000
+    assert covered(served, 1.0)[1] <= MOST_STANDARD_ERROR
+    assert holds(served, 1.0)
+    assert not holds(served, 0.5)
+
+
+@pytest.mark.parametrize("edges", [name for name in EDGE_METHODS if name != "forest"])
+def test_with_another_detector_it_holds_as_well_since_its_diameter_differs_by_little_of_u(edges):
+    found = json.loads((RESULTS / "route_v_uncertainty.json").read_text(encoding="utf-8"))["summary"]
+    told, forest = found[edges], found["forest"]
+    assert told["values"] == told["frames"] == forest["values"]
+    assert told["rms_from_forest_mm"] <= 0.15 * told["median_expanded_mm"]
+    assert told["most_from_forest_of_u"] <= 0.25
+    assert told["median_expanded_mm"] == pytest.approx(forest["median_expanded_mm"], rel=0.05)

@@ -185,14 +185,30 @@ def canny(grey: Image, low: float, high: float, kernel: CannyKernel = "gaussian"
     -------
     EdgeMap
     """
-    side, sigma_px = _SMOOTHING[kernel]
-    smooth = cv2.GaussianBlur(grey, (side, side), sigma_px)
+    smooth = smoothed(grey, kernel)
     dx = cv2.Sobel(smooth, cv2.CV_32F, 1, 0)
     dy = cv2.Sobel(smooth, cv2.CV_32F, 0, 1)
     steepest = max(float(cv2.magnitude(dx, dy).max()), _FLAT_GRADIENT)
     across, down = (np.rint(np.asarray(part) * (_CANNY_FULL_SCALE / steepest)).astype(np.int16) for part in (dx, dy))
     edges = cv2.Canny(across, down, low * _CANNY_FULL_SCALE, high * _CANNY_FULL_SCALE, L2gradient=True)
     return EdgeMap((edges > 0).astype(np.float32), _direction(dx, dy))
+
+
+def smoothed(grey: Image, kernel: CannyKernel) -> Image:
+    """Grey picture after the first step of Canny's algorithm.
+
+    Parameters
+    ----------
+    grey : ndarray of float32, shape (rows, columns)
+    kernel : {"gaussian", "3x3", "5x5"}
+        See `EdgeOptions`.
+
+    Returns
+    -------
+    ndarray of float32, shape (rows, columns)
+    """
+    side, sigma_px = _SMOOTHING[kernel]
+    return np.asarray(cv2.GaussianBlur(grey, (side, side), sigma_px), np.float32)
 
 
 def checked_image(image: Image) -> Image:

@@ -3,7 +3,7 @@
 A discrete Fourier transform takes pictures to be periodic. Where opposite borders differ, that is a step of every line,
 and choosing frequency by frequency would mix the steps of both views into ripples all over the picture. The pictures
 are therefore continued by a strip that fades from the mirrored picture at one border to that at the other; the strip
-also brings the sides to lengths that transform fast, and is cut off at the end.
+also brings the sides to lengths that transform fast, and is cut off at the end. As printed there is no strip.
 """
 
 from concurrent.futures import Executor
@@ -20,7 +20,7 @@ LEAST_STRIP_PX = 16
 WORKERS = 2
 
 
-def fuse_spectra(left: Planes, right: Planes, executor: Executor | None = None) -> Planes:
+def fuse_spectra(left: Planes, right: Planes, executor: Executor | None = None, *, periodic: bool = False) -> Planes:
     """Fuse two pictures by the larger magnitude of each frequency (algorithm 14).
 
     Parameters
@@ -28,25 +28,28 @@ def fuse_spectra(left: Planes, right: Planes, executor: Executor | None = None) 
     left, right : ndarray of float32, shape (channels, rows, columns)
     executor : Executor, optional
         Transforms both views at once; without, two threads share each of them.
+    periodic : bool
+        Whether the pictures are taken to be periodic, as printed; else they are continued by a strip.
 
     Returns
     -------
     ndarray of float32, shape (channels, rows, columns)
     """
     rows, columns = left.shape[1:]
+    whole = (left, right) if periodic else (continued(left), continued(right))
     if executor is None:
-        first, second = (_spectrum(planes, WORKERS) for planes in (left, right))
+        first, second = (_spectrum(planes, WORKERS) for planes in whole)
     else:
-        first, second = executor.map(_spectrum, (left, right), (1, 1))
+        first, second = executor.map(_spectrum, whole, (1, 1))
     fuse_coefficients(first, second, "larger")
-    return _pictures(first, fast_length(columns))[:, :rows, :columns]
+    return _pictures(first, whole[0].shape[2])[:, :rows, :columns]
 
 
 # One axis after the other, the second in place: a third faster than the two-dimensional functions, which copy.
 
 
 def _spectrum(planes: Planes, workers: int) -> NDArray[np.complex64]:
-    of_rows = fft.rfft(continued(planes), axis=2, workers=workers)
+    of_rows = fft.rfft(planes, axis=2, workers=workers)
     return np.asarray(fft.fft(of_rows, axis=1, overwrite_x=True, workers=workers), dtype=np.complex64)
 
 

@@ -41,6 +41,7 @@ def fuse(
     *,
     scales: Scales = DEFAULT_SCALES,
     executor: Executor | None = None,
+    periodic: bool = False,
 ) -> NDArray[Sample]:
     """Fuse two aligned pictures of one scene into one.
 
@@ -55,6 +56,8 @@ def fuse(
         For wavelets and the pyramid; the others have none.
     executor : Executor, optional
         With at least two threads; transforms both views in parallel.
+    periodic : bool
+        Of "fft": as algorithm 14 prints it, without the strip that continues the pictures; see `fuse_spectra`.
 
     Returns
     -------
@@ -74,13 +77,13 @@ def fuse(
     _check_picture("right", right)
     if left.shape != right.shape or left.dtype != right.dtype:
         raise ValueError(f"right: {_described(right)}, but left is {_described(left)}; both must be alike")
-    fused = _fused(_planes(left), _planes(right), method, scales, executor)
-    return _like(left, fused)
+    planes = _planes(left), _planes(right)
+    if method == "fft":
+        return _like(left, fuse_spectra(*planes, executor, periodic=periodic))
+    return _like(left, _fused(*planes, method, scales, executor))
 
 
 def _fused(left: Planes, right: Planes, method: Method, scales: Scales, executor: Executor | None) -> Planes:
-    if method == "fft":
-        return fuse_spectra(left, right, executor)
     if method == "pyramid":
         return fuse_pyramids(left, right, scales)
     if method == "average":

@@ -110,7 +110,7 @@ def sum_of_correlations_of_differences(fused: Picture, left: Picture, right: Pic
 def printed_feature_mutual_information(fused: Picture, left: Picture, right: Picture) -> float:
     """FMI as eq. 5.6 prints it: I(A, F) + I(B, F), bit, of the features of `feature_mutual_information`.
 
-    Range 0 to 16; larger is better. The dissertation's values lie below 1, so they are not of this equation.
+    Range 0 to 16; larger is better. The dissertation's values, 0.96 for every method, look normalised.
 
     Parameters
     ----------

@@ -18,7 +18,9 @@ def add_fuse(command: argparse.ArgumentParser) -> None:
         "--height", type=float, metavar="MM", help="plane of alignment; without: where the bar's outlines agree"
     )
     command.add_argument(
-        "--as-printed", action="store_true", help="FMI, SCD and ESSIM as eq. 5.6 to 5.9 print them, too"
+        "--as-printed",
+        action="store_true",
+        help="fft as algorithm 14 prints it, and FMI, SCD and ESSIM as eq. 5.6 to 5.9 do, too",
     )
     command.add_argument(
         "--plot", type=Path, metavar="DIR", help="folder for both aligned views, the pair in two colours, and edges"
@@ -56,7 +58,9 @@ def run_fuse(given: argparse.Namespace) -> None:
         scales = checked_scales(method, given.levels, given.rule, given.approximation)
         across, along = (rise / 1000 for rise in given.slope)
         plane = Plane(given.height, (across, along))
-        pair = fuse_files(given.left, given.right, given.rig, method, scales=scales, plane=plane)
+        pair = fuse_files(
+            given.left, given.right, given.rig, method, scales=scales, plane=plane, periodic=given.as_printed
+        )
         write_picture(given.output, pair.picture)
         if given.plot is not None:
             write_plots(given.plot, pair)

@@ -1,7 +1,9 @@
 """`hotgauge fuse`: fuses a pair, aligned on the plane where the bar's outlines agree, and computes its metrics."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -108,7 +110,14 @@ def checked_scales(
 
 
 def fuse_files(
-    left: Path, right: Path, rig: Path, method: Method, *, scales: Scales = DEFAULT_SCALES, plane: Plane
+    left: Path,
+    right: Path,
+    rig: Path,
+    method: Method,
+    *,
+    scales: Scales = DEFAULT_SCALES,
+    plane: Plane,
+    periodic: bool = False,
 ) -> FusedPair:
     """Fuse the pictures of two files.
 
@@ -124,6 +133,8 @@ def fuse_files(
         Used by wavelets and the pyramid only.
     plane : Plane
         Plane on which the views are aligned.
+    periodic : bool
+        Of "fft"; see `vision.fusion.methods.fuse`.
 
     Raises
     ------
@@ -145,11 +156,11 @@ def fuse_files(
             raise RigError(f"{rig}: made for pictures of {expected}, {path} is {size[0]} x {size[1]}; use its own rig")
     if pictures[0].shown.ndim != pictures[1].shown.ndim:
         raise FusionError(f"{right}: one picture is grey and the other in colour; give two of a kind")
-    return _fused(pictures, calibrated, method, scales, plane)
+    return _fused(pictures, calibrated, plane, partial(fuse, method=method, scales=scales, periodic=periodic))
 
 
 def _fused(
-    pictures: tuple[SentPicture, SentPicture], rig: Rig, method: Method, scales: Scales, plane: Plane
+    pictures: tuple[SentPicture, SentPicture], rig: Rig, plane: Plane, in_one: Callable[[Picture, Picture], Picture]
 ) -> FusedPair:
     height_mm = _height_of_bar(pictures, rig) if plane.height_mm is None else plane.height_mm
     left, right = map(whole_picture, (rig.left, rig.right), pictures)
@@ -158,8 +169,7 @@ def _fused(
     common = common_rectangle(seen)
     if not seen[common].size:
         raise FusionError(f"--height: on the plane at {height_mm:g} mm the views share nothing; give another height")
-    fused = fuse(left.picture, aligned, method, scales=scales)
-    return FusedPair(fused, left.picture, aligned, common, float(seen.mean()), height_mm)
+    return FusedPair(in_one(left.picture, aligned), left.picture, aligned, common, float(seen.mean()), height_mm)
 
 
 def _height_of_bar(pictures: tuple[SentPicture, SentPicture], rig: Rig) -> float:

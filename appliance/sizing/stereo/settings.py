@@ -49,10 +49,14 @@ class SizingSettings(SizingMethod):
         default="forest", description="Edge detector of the virtual boards, the route that stands beside the value"
     )
     edge_model: FilePath | None = Field(
-        default=None, description="Forest from `hotgauge train-edges` for it; without: the one that comes along"
+        default=None,
+        description="Forest from `hotgauge train-edges` for it; without: the one that comes along. With one of its own "
+        "the U of the virtual boards is not known, and they do not judge the value",
     )
     fusion: Fusion = Field(
-        default="none", description="How the views of the virtual boards are fused; none measures each on its own"
+        default="none",
+        description="How the views of the virtual boards are fused; none measures each on its own. Of a fused picture "
+        "U is not known, and the virtual boards do not judge the value",
     )
 
     board_tilt_deg: float = Field(

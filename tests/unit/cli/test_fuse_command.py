@@ -57,6 +57,14 @@ def test_a_picture_is_written_and_its_metrics_are_printed(folder, capsys, words)
     assert float(cells[3]) == pytest.approx(np.std(common), abs=1e-4)
 
 
+def test_as_printed_algorithm_14_has_no_strip(folder):
+    pictures = []
+    for words in ((), ("--as-printed",)):
+        assert fuse(folder, "left.png", "right.png", "--height", "90", *words) == 0
+        pictures.append(cv2.imread(str(folder / "fused.png")).astype(int))
+    assert np.abs(pictures[0] - pictures[1]).mean() > 0.5  # ripples of the steps from border to border
+
+
 def test_both_aligned_views_and_edges_are_drawn(folder, tmp_path):
     assert fuse(folder, "left.png", "right.png", "--plot", str(tmp_path / "plots")) == 0
     drawn = {path.stem: cv2.imread(str(path)) for path in (tmp_path / "plots").iterdir()}

@@ -2,13 +2,16 @@
 
 import json
 
+import numpy as np
 import pytest
 from counted_experiment import CountedExperiment
 
 from appliance.cli.main import main
 from appliance.reproduction import run
 from appliance.reproduction.experiment import number
+from appliance.reproduction.false_edges import _counted
 from appliance.reproduction.run import ReproductionError, experiments, reproduce
+from appliance.reproduction.sampling import mean_with_error, rms_with_error, share, verdict
 from appliance.reproduction.thermal import Thermal
 
 
@@ -75,7 +78,37 @@ def test_the_thermal_table_stands_beside_the_published_one():
     assert len(result["served"]) == 10
     table = experiment.section([(case, result)]).tables[0]
     assert [row[1] for row in table.rows] == ["1.11", "1.03", "2.09", "0.87", "-"]  # table 3.1 of the dissertation
-    assert all(abs(float(row[5])) < 8 for row in table.rows)
+    assert all(abs(float(row[5].split(" ")[0])) < 8 for row in table.rows)
+
+
+def test_sampling_errors_are_those_of_the_textbooks():
+    values = [1.0, 2.0, 3.0, 6.0, None, float("nan")]
+    error = np.std(values[:4], ddof=1) / 2
+    assert mean_with_error(values) == f"3.00 ± {error:.2f}"
+    assert mean_with_error([0.5], "+.1f") == "+0.5"
+    assert mean_with_error([None]) == rms_with_error([]) == "-"
+    assert share(0, 24) == "0 of 24 (0 to 14 %)"  # Wilson's interval, n = 24
+    draws = np.random.default_rng(1).normal(0, 2, (4000, 50))
+    spread = np.sqrt((draws**2).mean(axis=1)).std()
+    stated = [float(rms_with_error(list(draw)).split(" ± ")[1]) for draw in draws[:200]]
+    assert np.mean(stated) == pytest.approx(spread, rel=0.1)
+
+
+def test_a_finding_is_confirmed_only_by_more_than_its_sampling_error():
+    assert verdict([1.0, 1.2, 0.8]) == "confirmed"
+    assert verdict([-1.0, -1.2, -0.8]) == "contradicted"
+    assert verdict([1.0, -1.0, 0.1]) == verdict([5.0]) == verdict([]) == "not decided by so few"
+
+
+def test_false_edges_are_those_far_from_the_bar_s_and_kept_ones_near():
+    picture = np.full((256, 300), 30, np.uint8)
+    picture[:, 60:160] = 200  # the bar; further right a stripe that is none of its edges
+    picture[:, 200:240] = 180
+    columns = np.tile(np.array([[59.5], [159.5]]), (2, 1, 256))
+    seen = _counted(picture, columns)
+    assert seen.kept > 0.85  # the forest sees no edges at a picture's border
+    assert seen.false == pytest.approx(2 * seen.kept, rel=0.1)
+    assert _counted(picture, columns + 20).kept < 0.05
 
 
 def test_a_figure_that_is_missing_is_a_dash():

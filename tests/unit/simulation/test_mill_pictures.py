@@ -257,3 +257,9 @@ def test_the_mill_observes_the_same_boards_every_time(source):
     first, again = source.observe_boards(), MillSource(seed=5, rate_hz=0).observe_boards()
     assert np.array_equal(first.low[0], again.low[0])
     assert len(first.calibration) == 15
+
+
+def test_the_next_exposure_is_never_further_away_than_one_period():
+    camera = MillSource(seed=5, rate_hz=10)
+    camera._start_s = time.monotonic() - 123.456
+    assert 0 < camera._until_due_s() <= 0.1

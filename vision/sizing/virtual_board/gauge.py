@@ -32,13 +32,7 @@ from vision.sizing.region_grid import Outline, RegionGrid
 from vision.sizing.virtual_board.aligned_pair import AlignedPair
 from vision.sizing.virtual_board.bar_tilt import unless_tilted
 from vision.sizing.virtual_board.parameters import PRINTED_PARAMETERS, SERVED_PARAMETERS, Parameters
-from vision.sizing.virtual_board.reading import (
-    CORRECTED,
-    Corrections,
-    VirtualBoardReading,
-    held_against,
-    without_uncertainty,
-)
+from vision.sizing.virtual_board.reading import CORRECTED, Corrections, VirtualBoardReading
 from vision.sizing.virtual_board.tangent_crossing import Section, solve_section, tangent_cuts
 from vision.sizing.virtual_board.view_edges import (
     FOREST_MARGIN_PX,
@@ -111,7 +105,6 @@ class VirtualBoardGauge:
         self._edges = edges if isinstance(edges, EdgeOptions) else EdgeOptions(method=edges)
         usual = SERVED_PARAMETERS if corrections.robust_lines else PRINTED_PARAMETERS
         self._parameters = usual if parameters is None else parameters
-        self._has_uncertainty = corrections == CORRECTED and self._parameters == SERVED_PARAMETERS
         self._fusion: Fusion = fusion
         self._decoder = Decoder(rig.response)
         self.boards = VirtualBoards.of_rig(rig)
@@ -122,6 +115,17 @@ class VirtualBoardGauge:
         self._loop = HeightLoop()
         self.last_pair: AlignedPair | None = None
         self._uncorrupted_area = math.nan
+
+    @property
+    def _has_uncertainty(self) -> bool:
+        """Whether U was shown to hold of these choices: as served, by any detector with its own numbers, unfused.
+
+        docs/studies/virtual_board.json and, of the other detectors, route_v_uncertainty.json. A fused picture has lost
+        which edge was whose, so errors of more than 10 mm occur that nothing in it shows (docs/methods/fusion.md).
+        """
+        usual = self._edges == EdgeOptions(method=self._edges.method)
+        as_served = self.corrections == CORRECTED and self._parameters == SERVED_PARAMETERS
+        return as_served and usual and self._fusion == "none"
 
     @property
     def carried(self) -> tuple[float, float]:
@@ -224,21 +228,12 @@ class VirtualBoardGauge:
         return unless_tilted(self._read_fused(pair, outlines[0], self._fusion, reasons), pair)
 
     def _read_fused(self, pair: AlignedPair, rough: Outline, method: Method, reasons: Reason) -> VirtualBoardReading:
-        """Reading of the fused picture alone, held against that of both views; of video it has no U.
-
-        Under H.264 an error lay within U in 23 of 27 fused values (docs/studies/coded_scenes.json).
-        """
-        area, self._uncorrupted_area = self._uncorrupted_area, math.nan
-        apart = self.read(pair, reasons)
-        self._uncorrupted_area = area
+        """Reading of the fused picture alone."""
         edges = [self._view_edges(self._fused(pair.alignment, pair.height.height_mm, method), rough)]
         reasons |= reasons_of_edges(edges)
         if reasons.forbids_value:
             return VirtualBoardReading(reasons=reasons)
-        fused = held_against(self.read(replace(pair, edges=edges), reasons), apart)
-        codings = [region.raw.coding for region in (pair.alignment.left, pair.alignment.right)]
-        is_video = any(coding.compression == "video" for coding in codings)
-        return without_uncertainty(fused) if is_video and fused.valid else fused
+        return self.read(replace(pair, edges=edges), reasons)
 
     def _fused(self, alignment: Alignment, height_mm: float, method: Method) -> Region:
         """Both views in one, on the pixels of the left region; luma of what was sent in luma."""

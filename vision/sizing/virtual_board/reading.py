@@ -58,9 +58,9 @@ class VirtualBoardReading:
         Mean over the kept windows, eq. 3.19; NaN with any reason that forbids a value.
     u_edge_mm, u_board_mm, u_light_mm, u_model_mm : float
         Parts of its standard uncertainty (k = 1): scatter of the kept windows, scale of the board, response and
-        compression, edges that lie off as a whole, and for a fused picture its distance from both views. NaN, with the
-        reason `uncertainty_unknown`, unless everything is corrected and all parameters are the served ones: the errors
-        of other ways are not known.
+        compression, edges that lie off as a whole. NaN, with the reason `uncertainty_unknown`, of a fused picture, and
+        unless everything is corrected, all parameters are the served ones and the edge detector has its own numbers
+        and the shipped model: the errors of other ways are not known.
     weighted_deviation_mm : float
         Median over the kept windows of Sigma, eq. 3.18.
     alignment_quality : float
@@ -126,27 +126,3 @@ class VirtualBoardReading:
 def without_uncertainty(reading: VirtualBoardReading) -> VirtualBoardReading:
     """Reading whose U is not known, with the reason `uncertainty_unknown`."""
     return replace(reading, u_model_mm=math.nan, reasons=reading.reasons | Reason.UNCERTAINTY_UNKNOWN)
-
-
-def held_against(fused: VirtualBoardReading, apart: VirtualBoardReading) -> VirtualBoardReading:
-    """Reading of a fused picture with the uncertainty that its views, read apart, leave to it.
-
-    A fused picture has lost which edge was whose: where the views' widths differ, an edge that is found may belong to
-    either (docs/methods/fusion.md). The difference of both diameters is the half width of a rectangular distribution,
-    u = |D_fused - D_apart| / sqrt(3). Without a value of the views, U is not known.
-
-    Parameters
-    ----------
-    fused, apart : VirtualBoardReading
-        Of the same pair.
-
-    Returns
-    -------
-    VirtualBoardReading
-    """
-    if not fused.valid or math.isnan(fused.u_model_mm):
-        return fused
-    if not apart.valid:
-        return without_uncertainty(fused)
-    apart_mm = abs(fused.diameter_mm - apart.diameter_mm)
-    return replace(fused, u_model_mm=math.hypot(fused.u_model_mm, apart_mm / math.sqrt(3)))

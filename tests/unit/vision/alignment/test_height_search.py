@@ -36,10 +36,11 @@ def test_outlines_that_do_not_touch_share_nothing_and_an_empty_one_has_no_qualit
     assert math.isnan(alignment_quality(outline(10, 10), outline(0, 60), ROWS).percent)
 
 
-def test_rows_out_of_order_after_t_rl_change_no_quality():
+@pytest.mark.parametrize("seed", range(4))
+def test_rows_out_of_order_after_t_rl_change_no_quality(seed):
     rows = np.arange(0.0, 101.0, 5.0)
-    chain = np.column_stack([10.0 + 0.1 * rows, rows])
-    shuffled = chain[np.random.default_rng(2).permutation(len(chain))]
+    chain = np.column_stack([10.0 + 0.1 * rows + 9 * np.sin(rows / 7), rows])  # points of a straight one tell nothing
+    shuffled = chain[np.random.default_rng(seed).permutation(len(chain))]
     sorted_one, mixed = (BarOutline(first, first + np.array([100.0, 0.0])) for first in (chain, shuffled))
     right = outline(30, 130)
     wanted = alignment_quality(sorted_one, right, ROWS)
@@ -79,6 +80,13 @@ def test_no_height_is_no_height_and_the_loop_keeps_its_last(truth_mm):
     evaluations(loop, 80.0)
     assert math.isnan(loop.find(lambda height: board_of(height, truth_mm), lambda _: -0.5).height_mm)
     assert loop.height_mm == pytest.approx(80.0, abs=0.011)
+
+
+@pytest.mark.parametrize("search", [search_by_overlap, search_by_offset])
+def test_forty_boards_from_the_conveyor_up_to_320_mm_are_tried(search):
+    tried = []
+    search(lambda height_mm: tried.append(height_mm) or board_of(height_mm, 123.0))
+    assert tried == pytest.approx(np.linspace(0.0, 320.0, 40))
 
 
 def test_both_searches_end_within_half_a_board_of_the_truth():

@@ -6,7 +6,7 @@ import pytest
 from random_forests import random_forest
 from scipy.ndimage import correlate
 
-from vision.edges.operators import EDGE_METHODS, EdgeOptions, canny, detect_edges
+from vision.edges.operators import EDGE_METHODS, EdgeOptions, canny, detect_edges, smoothed
 
 CLASSICAL = ("sobel", "prewitt", "roberts", "canny")
 
@@ -73,14 +73,58 @@ def test_strengths_are_those_of_the_printed_kernels(method):
     assert min(away) < 1e-6
 
 
-def test_canny_s_kernels_are_the_printed_ones():
-    for side, middle, corner in (("3x3", 0.2042, 0.0751), ("5x5", 0.1621, 0.0030)):
-        impulse = np.zeros((32, 32), np.float32)
-        impulse[16, 16] = 1.0
-        smooth = cv2.GaussianBlur(impulse, (int(side[0]),) * 2, 1.0)
-        reach = int(side[0]) // 2
-        assert smooth[16, 16] == pytest.approx(middle, abs=1e-4)
-        assert smooth[16 + reach, 16 + reach] == pytest.approx(corner, abs=1e-4)
+PRINTED_SMOOTHING = {  # eq. 2.5 and 2.6
+    "3x3": [[0.0751, 0.1238, 0.0751], [0.1238, 0.2042, 0.1238], [0.0751, 0.1238, 0.0751]],
+    "5x5": [
+        [0.0030, 0.0133, 0.0219, 0.0133, 0.0030],
+        [0.0133, 0.0596, 0.0983, 0.0596, 0.0133],
+        [0.0219, 0.0983, 0.1621, 0.0983, 0.0219],
+        [0.0133, 0.0596, 0.0983, 0.0596, 0.0133],
+        [0.0030, 0.0133, 0.0219, 0.0133, 0.0030],
+    ],
+}
+
+
+def impulse_response(kernel):
+    impulse = np.zeros((33, 33), np.float32)
+    impulse[16, 16] = 1.0
+    return smoothed(impulse, kernel)
+
+
+@pytest.mark.parametrize("kernel", PRINTED_SMOOTHING)
+def test_canny_s_kernels_are_the_printed_ones(kernel):
+    printed = np.array(PRINTED_SMOOTHING[kernel])
+    reach = len(printed) // 2
+    inside = np.s_[16 - reach : 17 + reach, 16 - reach : 17 + reach]
+    assert impulse_response(kernel)[inside] == pytest.approx(printed, abs=1e-4)
+    assert impulse_response(kernel).sum() == pytest.approx(1.0, abs=1e-5)
+
+
+def test_canny_s_own_smoothing_has_a_variance_of_two_pixels_squared():
+    response = impulse_response("gaussian")
+    away = np.arange(33) - 16.0
+    assert away**2 @ response.sum(axis=0) == pytest.approx(2.0, abs=0.02)
+    assert away**2 @ response.sum(axis=1) == pytest.approx(2.0, abs=0.02)
+
+
+@pytest.mark.parametrize(("share", "found"), [(0.043, False), (0.058, True)])
+def test_canny_s_gradient_is_the_root_of_the_squares_on_an_oblique_edge_too(share, found):
+    """An edge at 45 degrees beside an upright one, the steepest: a sum of both parts would be 1.4 times as large."""
+    row, column = np.mgrid[:128, :160]
+    picture = np.where(column >= 24, 0.8, 0.0) - 0.8 * share * (column - row > 40)
+    edges = detect_edges(picture.astype(np.float32), "canny").strength
+    assert bool(edges[40:90, 70:140].any()) == found
+
+
+def test_canny_follows_an_edge_down_to_a_fiftieth_of_the_steepest_gradient():
+    """Upright edge whose step falls from 20 % to nothing of the other's, which is the steepest, with its rows."""
+    picture = np.zeros((200, 96), np.float32)
+    picture[:, 24:] = 0.8
+    share = np.linspace(0.2, 0.0, 200, dtype=np.float32)
+    picture[:, 64:] -= 0.8 * share[:, None]
+    found = detect_edges(picture, "canny").strength[:, 61:67].any(axis=1)
+    assert found[(share > 0.023) & (share < 0.19)].all()
+    assert not found[share < 0.017].any()
 
 
 def ramps(*shares):

@@ -95,6 +95,14 @@ def test_fourier_fusion_is_algorithm_14_written_down_with_numpy(rows, columns):
     np.testing.assert_allclose(fuse_spectra(left, right)[0], expected, rtol=0, atol=2e-5)
 
 
+def test_as_printed_algorithm_14_takes_pictures_to_be_periodic():
+    left, right = noise((48, 63)), noise((48, 63), seed=1)
+    first, second = (np.fft.fft2(picture.astype(np.float64)) for picture in (left, right))
+    expected = np.fft.ifft2(np.where(np.abs(first) > np.abs(second), first, second)).real
+    np.testing.assert_allclose(fuse(left, right, "fft", periodic=True), expected, rtol=0, atol=2e-5)
+    assert np.abs(fuse(left, right, "fft") - expected).max() > 0.05
+
+
 def test_the_spectrum_holds_the_energy_of_the_picture():
     picture = continued(noise((1, 61, 83)))[0]
     spectrum = np.abs(np.fft.rfft2(picture)) ** 2

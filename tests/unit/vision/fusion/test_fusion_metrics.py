@@ -161,3 +161,9 @@ def test_mutual_information_counts_both_views_alike():
     # alone I(F, F) / 2 H(F) = 1/2; a flat view has nothing in common with anything
     assert metrics.feature_mutual_information(seen, seen, flat) == pytest.approx(0.5, abs=1e-9)
     assert metrics.feature_mutual_information(seen, flat, seen) == pytest.approx(0.5, abs=1e-9)
+    printed = metrics.printed_feature_mutual_information
+    assert (
+        printed(seen, seen, flat)
+        == pytest.approx(printed(seen, flat, seen))
+        == pytest.approx(printed(seen, seen, seen) / 2)
+    )

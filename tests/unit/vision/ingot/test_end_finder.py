@@ -1,8 +1,9 @@
 """Ends of ingots found in drawn pictures, and the reason where none is."""
 
+import cv2
 import numpy as np
 import pytest
-from drawn_ingots import CENTROID, CROP, glare, ingot, line
+from drawn_ingots import CENTROID, CROP, DARK, glare, ingot, line
 
 from vision.ingot.end_finder import Box, EndFinder, EndLimits
 from vision.reasons import INGOT_REASONS, IngotReason
@@ -50,6 +51,26 @@ def test_a_region_outside_the_dissertation_s_areas_is_no_ingot_and_only_a_circle
     assert (end is not None and end.method == "region") == fits
 
 
+@pytest.mark.parametrize("turn_deg", [-19.0, -11.0, 11.0, 19.0])
+def test_an_ingot_is_tilted_from_15_degrees_on(finder, turn_deg):
+    turn = cv2.getRotationMatrix2D((480.0, 280.0), turn_deg, 1.0)
+    picture = cv2.warpAffine(ingot(line(), length=1.8), turn, (960, 540), borderValue=DARK)
+    end, reasons = finder.find(picture)
+    assert (end is None) == (abs(turn_deg) > 15.0)
+    assert reasons is (IngotReason.TILTED if end is None else IngotReason.NONE)
+
+
+def test_pixels_that_touch_at_a_corner_belong_together(finder):
+    """A crack one pixel wide at 45 degrees: what lies on both sides of it touches at corners only."""
+    picture = ingot(line())
+    for step in range(-90, 91):
+        picture[250 + step, 480 + step] = DARK
+    end, reasons = finder.find(picture)
+    assert end.method == "region"
+    assert_is_at(end, 480, 280, 40)
+    assert reasons is IngotReason.NONE
+
+
 @pytest.mark.parametrize("side", [-1, 1])
 def test_glare_that_joins_the_ingot_calls_for_a_circle(finder, side):
     picture = glare(ingot(line()), 480 + side * 75, 300, 45, 22)
@@ -80,6 +101,7 @@ def test_nothing_hot_on_an_empty_line_or_under_glare_alone(finder):
         ({"y": 330.0, "length": 2.4}, IngotReason.HANGING),  # on end, in full view
         ({"y": 420.0}, IngotReason.OUTSIDE),  # cut by the lower side
         ({"x": 390.0}, IngotReason.OUTSIDE),  # cut by the left side
+        ({"x": 574.0, "radius": 34.0}, IngotReason.OUTSIDE),  # whole, beside where centroids may be
         ({"radius": 28.0}, IngotReason.TOO_SMALL),
         ({"radius": 70.0, "y": 320.0}, IngotReason.TOO_LARGE),
         ({"lean": 40.0, "length": 1.8}, IngotReason.TILTED),

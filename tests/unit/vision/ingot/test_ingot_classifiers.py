@@ -60,6 +60,14 @@ def test_each_exponent_weighs_its_own_term():
     assert similarity(a, brighter, Exponents(3, 0, 0)) < similarity(a, brighter, Exponents(1, 0, 0))
 
 
+def test_an_exponent_is_the_power_of_its_term_in_each_pixel():
+    a, b = face(1), face(101, mean=100, spread=25)
+    for place in range(3):
+        once, thrice = (similarity_map(a, b, Exponents(*(n * (one == place) for one in range(3)))) for n in (1, 3))
+        assert thrice == pytest.approx(once**3, abs=1e-9)
+        assert np.abs(thrice - once).max() > 0.05
+
+
 def test_a_negative_structure_counts_nothing_under_a_fractional_exponent():
     a = face(1)
     negative = (255 - a.astype(int)).astype(np.uint8)

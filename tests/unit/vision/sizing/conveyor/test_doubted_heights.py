@@ -8,6 +8,7 @@ import pytest
 from appliance.simulation.foreign_thermal_line import random_foreign_thermal_line
 from appliance.simulation.thermal_line import random_thermal_line
 from vision.reasons import Reason
+from vision.sizing.conveyor import scale
 from vision.sizing.conveyor.beside_rollers import rollers_show
 from vision.sizing.conveyor.camera_view import ConveyorReference
 from vision.sizing.conveyor.gauge import ConveyorGauge
@@ -45,6 +46,16 @@ def test_barriers_that_hang_over_a_plain_floor_are_not_measured_as_walls(seed):
     reading = measured(line, heights(line))
     assert abs(reading.diameter_mm - line.bar.diameter_mm) <= reading.expanded_uncertainty_mm
     assert reading.expanded_uncertainty_mm > 1.5
+
+
+@pytest.mark.parametrize("u", [0.05, 0.5])
+def test_the_interval_of_an_assumed_law_is_that_of_its_samples(u):
+    places = np.append(np.linspace(-1, 1, 33), np.full(8, 1.0))
+    rng = np.random.default_rng(1)
+    samples = rng.choice(places, 400_000) + rng.normal(0, u, 400_000)
+    found = [scale._quantile(places, u, share) for share in scale.INTERVAL_95]
+    assert found == pytest.approx(np.quantile(samples, scale.INTERVAL_95), abs=0.01)
+    assert np.mean((samples >= found[0]) & (samples <= found[1])) == pytest.approx(0.9545, abs=0.001)
 
 
 def test_faces_that_are_clearly_too_narrow_for_walls_lower_the_trust():

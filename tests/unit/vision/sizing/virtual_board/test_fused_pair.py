@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from coded_pictures import CODINGS
 from mill_scenes import perfect_rig
+from random_forests import random_forest
 
 from appliance.simulation.bars.bars import Bar
 from appliance.simulation.bars.line_scene import Scene
@@ -12,8 +13,11 @@ from appliance.simulation.true_rig import default_rig
 from appliance.sizing.trust import trust_percent
 from vision.alignment.view_alignment import Alignment
 from vision.alignment.virtual_boards import VirtualBoards
+from vision.edges.names import EDGE_METHODS
+from vision.edges.operators import EdgeOptions
 from vision.fusion.common_view import common_rectangle
 from vision.fusion.methods import METHODS
+from vision.fusion.names import FUSIONS
 from vision.geometry.homography import transformed
 from vision.geometry.turned_region import whole_picture
 from vision.reasons import Reason
@@ -22,7 +26,7 @@ from vision.sizing.virtual_board import gauge as gauge_module
 from vision.sizing.virtual_board.gauge import VirtualBoardGauge
 from vision.sizing.virtual_board.one_camera import OneCameraGauge
 from vision.sizing.virtual_board.parameters import Parameters
-from vision.sizing.virtual_board.reading import Corrections, VirtualBoardReading, held_against
+from vision.sizing.virtual_board.reading import Corrections
 
 DIAMETER_MM = 180.0
 ONE_VIEW = Corrections(projective_boards=False, tangent_crossing=False)
@@ -87,6 +91,16 @@ def test_c_is_the_median_area_of_the_frame_s_boundaries_and_sigma_of_a_frame_the
     areas = np.hstack([gauge.view(view, one, gauge.bars(view, one)[0])[1].areas for view, one in enumerate(sent)])
     assert gauge._uncorrupted_area == pytest.approx(np.median(areas), rel=0.05)
     assert reading.weighted_deviation_mm == np.median(reading.window_sigmas_mm[reading.window_kept])
+    assert reading.diameter_mm == pytest.approx(reading.window_diameters_mm[reading.window_kept].mean(), abs=1e-9)
+
+
+def test_q_r_is_judged_within_a_quarter_of_the_region_of_the_board_s_middle(rig, pair):
+    left, right = map(whole_picture, (rig.left, rig.right), pair)
+    alignment = Alignment(rig, VirtualBoards.of_rig(rig), left, right, projective=True)
+    rows = alignment.test_rows(100.0)
+    middle = rig.left.undistort(rig.left.project(np.array([[0.0, 0.0, 100.0]])))[0]
+    assert np.ptp(rows) == pytest.approx(left.shape[0] / 2, abs=1)
+    assert rows.mean() == pytest.approx(rig.left.K[1] @ [*middle, 1.0], abs=3)
 
 
 def test_one_camera_on_its_board_s_plane_is_off_and_on_the_plane_of_the_edges_it_is_not(rig, pair):
@@ -116,24 +130,7 @@ def test_route_v_measures_a_clean_bar_on_every_fused_picture_of_a_symmetric_rig(
     reading = VirtualBoardGauge(rig, edges="sobel", fusion=method).measure(*pair)
     assert reading.valid
     assert reading.diameter_mm == pytest.approx(DIAMETER_MM, abs=1.0)
-
-
-@pytest.fixture(scope="module")
-def oblique():
-    """A rig whose cameras stand unlike each other, and a pair: the bar's outlines differ by several pixels in width."""
-    scene = draw("clean", 0)
-    return scene, VirtualBoardGauge(perfect_rig(scene.rig, scene.response), edges="sobel")
-
-
-@pytest.mark.parametrize("method", ["fk4", "fft", "minimum", "maximum"])
-def test_u_of_a_fused_value_holds_though_the_views_widths_differ(oblique, method):
-    scene, alone = oblique
-    apart = alone.measure(scene.left, scene.right)
-    fused = VirtualBoardGauge(alone.rig, edges="sobel", fusion=method).measure(scene.left, scene.right)
-    assert fused.valid
-    error_mm = abs(fused.diameter_mm - scene.truth["diameter_mm"])
-    assert error_mm <= fused.expanded_uncertainty_mm
-    assert fused.expanded_uncertainty_mm >= 2 / np.sqrt(3) * abs(fused.diameter_mm - apart.diameter_mm)
+    assert reading.reasons == Reason.UNCERTAINTY_UNKNOWN
 
 
 def test_fused_pictures_of_subsampled_colours_are_measured_in_luma():
@@ -146,8 +143,25 @@ def test_fused_pictures_of_subsampled_colours_are_measured_in_luma():
     assert in_colours.diameter_mm < plain.diameter_mm - 0.2
 
 
-def test_of_views_compressed_differently_the_fused_picture_counts_as_the_coarser(oblique, monkeypatch):
-    scene, alone = oblique
+@pytest.mark.parametrize("height_mm", [0.0, 137.0])
+def test_parallax_is_how_far_a_point_moves_in_the_left_picture_for_each_millimetre(rig, pair, height_mm):
+    left, right = map(whole_picture, (rig.left, rig.right), pair)
+    alignment = Alignment(rig, VirtualBoards.of_rig(rig), left, right, projective=True)
+    point = np.array([[30.0, -40.0, height_mm]])
+    ray = point - rig.right.centre_mm
+    on_boards = [point + ray * step / ray[0, 2] for step in (0.0, 1.0, -1.0)]  # what the right camera sees as one point
+    here, above, below = (rig.left.undistort(rig.left.project(one))[0] @ rig.left.K[:2, :2].T for one in on_boards)
+    seen = rig.right.undistort(rig.right.project(point)) @ rig.right.K[:2, :2].T + rig.right.K[:2, 2]
+    pixel = np.append(seen[0], 1.0)
+    to_left = alignment.right_to_left(height_mm)
+    moved, scale = alignment.parallax(height_mm) @ pixel, (to_left / to_left[2, 2] @ pixel)[2]
+    place = here + rig.left.K[:2, 2]
+    assert (moved[:2] - place * moved[2]) / scale == pytest.approx((above - below) / 2, rel=0.01, abs=1e-3)
+
+
+def test_of_views_compressed_differently_the_fused_picture_counts_as_the_coarser(monkeypatch):
+    scene = draw("clean", 0)
+    rig = perfect_rig(scene.rig, scene.response)
     codings = []
 
     def sent(luma, coding, shown):
@@ -156,31 +170,50 @@ def test_of_views_compressed_differently_the_fused_picture_counts_as_the_coarser
 
     monkeypatch.setattr(gauge_module, "sent_picture", sent)
     fine, coarse = (CODINGS[f"jpeg 4:2:0 q{quality}"] for quality in (90, 75))
-    VirtualBoardGauge(alone.rig, edges="sobel", fusion="db4").measure(
-        fine.sent([scene.left]), coarse.sent([scene.right])
-    )
+    VirtualBoardGauge(rig, edges="sobel", fusion="db4").measure(fine.sent([scene.left]), coarse.sent([scene.right]))
     assert {coding.quality for coding in codings} == {75}
 
 
-def test_fused_pictures_of_video_have_a_value_without_an_uncertainty(oblique):
-    scene, alone = oblique
-    gauge = VirtualBoardGauge(alone.rig, edges="sobel", fusion="db4")
-    coding = CODINGS["h264 crf 23"]
-    reading = gauge.measure(*(coding.sent([picture] * coding.frames) for picture in (scene.left, scene.right)))
+CHOICES = [(edges, fusion) for edges in EDGE_METHODS for fusion in FUSIONS]
+
+
+@pytest.fixture(scope="module")
+def aligned(rig, pair):
+    gauge = VirtualBoardGauge(rig, edges="sobel")
+    gauge.measure(*pair)
+    return gauge.last_pair
+
+
+@pytest.mark.parametrize(("edges", "fusion"), CHOICES)
+def test_u_is_stated_where_a_study_holds_it_against_the_truth_and_else_there_is_a_reason_and_no_trust(
+    rig, aligned, edges, fusion
+):
+    """The study is tests/studies/route_v_uncertainty.py, its coverage held in test_stated_uncertainty.py."""
+    reading = VirtualBoardGauge(rig, edges=edges, fusion=fusion).read(aligned, Reason.NONE)
     assert reading.valid
-    assert Reason.UNCERTAINTY_UNKNOWN in reading.reasons
+    if fusion == "none":
+        assert 0 < reading.expanded_uncertainty_mm < 1
+        assert reading.reasons == Reason.NONE
+        assert trust_percent(reading.size_reading()) > 0
+    else:
+        assert np.isnan(reading.expanded_uncertainty_mm)
+        assert reading.reasons == Reason.UNCERTAINTY_UNKNOWN
+        assert trust_percent(reading.size_reading()) == 0.0
+
+
+@pytest.mark.parametrize(
+    "own",
+    [
+        EdgeOptions(method="canny", canny_high=0.1),
+        EdgeOptions(method="canny", canny_kernel="5x5"),
+        EdgeOptions(forest=random_forest(seed=5, depth=4, patches=200)),
+    ],
+    ids=["thresholds", "kernel", "forest"],
+)
+def test_an_edge_detector_with_numbers_or_a_model_of_one_s_own_has_no_u(rig, aligned, own):
+    reading = VirtualBoardGauge(rig, edges=own).read(aligned, Reason.NONE)
+    assert reading.reasons == Reason.UNCERTAINTY_UNKNOWN
     assert trust_percent(reading.size_reading()) == 0.0
-
-
-def test_a_fused_value_that_its_views_cannot_judge_has_no_uncertainty_a_reason_and_no_trust():
-    fused = VirtualBoardReading(
-        diameter_mm=100.0, u_edge_mm=0.01, u_board_mm=0.01, u_model_mm=0.01, windows_kept=9, windows_total=10
-    )
-    judged = held_against(fused, VirtualBoardReading(reasons=Reason.VIEWS_DISAGREE))
-    assert judged.valid
-    assert judged.reasons == Reason.UNCERTAINTY_UNKNOWN
-    assert np.isnan(judged.expanded_uncertainty_mm)
-    assert trust_percent(judged.size_reading()) == 0.0
 
 
 def test_a_changed_parameter_says_that_its_uncertainty_is_not_known(rig, pair):

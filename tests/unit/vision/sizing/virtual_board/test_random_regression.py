@@ -2,8 +2,12 @@
 
 import numpy as np
 import pytest
+from scipy.cluster.vq import kmeans2
+from skimage.filters import threshold_otsu
 
 from vision.edges.binary import denoised
+from vision.edges.operators import detect_edges
+from vision.edges.thinning import ridges
 from vision.geometry.robust_line import robust_line
 from vision.sizing.virtual_board.boundaries_of_interest import boundaries_of_interest, hot_mask
 from vision.sizing.virtual_board.parameters import PRINTED_PARAMETERS, SERVED_PARAMETERS, Parameters
@@ -63,6 +67,18 @@ def test_the_higher_beta_the_fewer_edges_and_at_the_served_one_all_above_half_of
     assert counted[2] < 0.85 * counted[1]
 
 
+@pytest.mark.parametrize("beta", [120.0, 240.0])
+def test_beta_is_held_against_strengths_whose_otsu_level_lies_at_240(beta):
+    picture = ramped_picture()
+    edges = detect_edges((picture / 255).astype(np.float32), "sobel")
+    thin = ridges(edges.strength, edges.normal_rad)
+    level = threshold_otsu(np.rint(255 * thin[thin > 0] / thin.max()).astype(np.uint8)) / 255 * thin.max()
+    kept = boundaries_of_interest(picture, None, "sobel", Parameters(beta=beta, least_neighbours=0)).thin.astype(bool)
+    off = 1.5 / 255 * thin.max()  # the level is a code of 256
+    assert kept[thin > beta / 240 * level + off].all()
+    assert not kept[thin < beta / 240 * level - off].any()
+
+
 def test_alpha_is_the_factor_on_otsus_threshold_of_the_picture():
     picture = np.full((80, 160), 20, np.uint8)
     picture[:, 40:70], picture[:, 70:100] = 200, 115  # Otsu's threshold is 115: the dimmer half is at it
@@ -99,6 +115,23 @@ def test_k_means_splits_a_window_s_points_into_left_and_right():
     assert np.nanmax(first.column) == 31.0
     assert np.nanmin(second.column) == 89.0
     assert np.isfinite(first.column).sum() == np.isfinite(second.column).sum() == 40
+
+
+def test_windows_are_split_as_scipy_s_k_means_does_from_the_outermost_columns():
+    rng = np.random.default_rng(8)
+    columns = rng.exponential(20, (400, 12))
+    rows = np.tile(np.arange(12.0), (400, 1))
+    first, second = two_sides(WindowPoints(rows, columns))
+    moved = 0
+    for window, (column, row) in enumerate(zip(columns, rows, strict=True)):
+        points = np.column_stack([column, row])
+        start = points[[column.argmin(), column.argmax()]]
+        _, label = kmeans2(points, start, iter=20, minit="matrix")
+        assert np.isfinite(first.column[window]).tolist() == (label == 0).tolist()
+        assert np.isfinite(second.column[window]).tolist() == (label == 1).tolist()
+        nearest = np.linalg.norm(points[:, None] - start, axis=-1).argmin(axis=1)
+        moved += np.any(nearest != label)
+    assert moved > 10
 
 
 def test_points_below_the_last_whole_window_are_left_out():
