@@ -60,7 +60,7 @@ def plane_through(rays, mine):
 
 
 CHECKS = {
-    "axis height": Variant({"sizing.tangent.gauge.OFF_ROLLERS_MM": math.inf}),
+    "axis height": Variant({"sizing.tangent.reading_reasons.OFF_ROLLERS_MM": math.inf}),
     "limb profile": Variant(
         {
             "edges.subpixel.MISFIT_SHARE": math.inf,
@@ -70,7 +70,7 @@ CHECKS = {
     ),
     "contrast": Variant({"sizing.region_grid.LEAST_CONTRAST": 0.0, "sizing.region_grid.FLOOR_LIGHT": 0.0}),
     "still marks": Variant(rig={"marks": (NO_MARKS, NO_MARKS)}),
-    "agreement of the limbs": Variant({"sizing.tangent.gauge.WORST_LIMB_PX": math.inf}),
+    "agreement of the limbs": Variant({"sizing.tangent.reading_reasons.WORST_LIMB_PX": math.inf}),
 }
 VARIANTS = {
     "as served": Variant(),

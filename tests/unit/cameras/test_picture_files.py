@@ -90,7 +90,8 @@ def test_text_files_may_begin_with_a_byte_order_mark(tmp_path):
     (tmp_path / "coding.json").write_bytes(b"\xef\xbb\xbf" + json.dumps({"bits": 12}).encode())
     (tmp_path / "timestamps.csv").write_bytes(b"\xef\xbb\xbfframe,left_us,right_us\n3,10,12\n")
     assert read_told_coding(tmp_path).bits == 12
-    assert read_stamps(tmp_path) == {3: (10, 12, True)}
+    stamps = read_stamps(tmp_path)[3]
+    assert (stamps.left_us, stamps.right_us, stamps.stamped) == (10, 12, True)
 
 
 def test_a_folder_that_cannot_be_read_is_a_camera_fault_and_not_the_end_of_the_station(tmp_path, monkeypatch):
