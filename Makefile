@@ -19,11 +19,11 @@ run: $(VENV)/installed
 check: $(VENV)/installed-dev
 	@$(MAKE) --no-print-directory --jobs=2 lint contracts unit types
 
-# tests that compute in two processes first, those that mostly wait after them in three, and last those that need the computer for themselves
+# tests that compute in two processes first, those that mostly wait after them, and last those that need the computer for themselves
 test: packages $(VENV)/installed-systemd $(CONTRIB)/installed lint types contracts kernels
 	rm -f .coverage .coverage.*
 	$(BIN)/python -m pytest --cov --cov-report= --durations=20 -m "not alone and not waiting" $(IN_TWO_PROCESSES)
-	$(BIN)/python -m pytest --cov --cov-append --cov-report= --durations=20 -m waiting --numprocesses=3 --dist=loadfile
+	$(BIN)/python -m pytest --cov --cov-append --cov-report= --durations=20 -m waiting $(IN_TWO_PROCESSES)
 	$(BIN)/python -m pytest --cov --cov-append --cov-fail-under=91 --durations=20 -m alone
 
 unit: kernels
