@@ -294,7 +294,7 @@ def ingots_elsewhere() -> Rows:
     shown = ("relief", "wrinkles", "dual", "single")
     found = summary("ingots_elsewhere")
     rows = [
-        (f"`{line}`, {one['relief']['ingots']} ingots", *(_classifier_cell(one[name]) for name in shown))
+        (f"{line}, {one['relief']['ingots']} ingots", *(_classifier_cell(one[name]) for name in shown))
         for line, one in found.items()
     ]
     return [("line", *(f"`{name}`" for name in shown)), *rows]
@@ -306,45 +306,36 @@ def _classifier_cell(found: Summary) -> str:
 
 
 def ingots() -> Rows:
-    """Ingots of simulated lines and of path-traced sequences, with what is wanted."""
-    lines = [summary("ingots")[name] for name in ("mixed", "recorded")]
+    """Ingots under each condition of the simulated line, and of path-traced sequences, by the served classifier."""
     rows: Rows = [
         (
-            "placed frames, ends found",
-            *(f"{one['placed_frames']:,}, {_share(one['ends_found'])}" for one in lines),
-            "97 %",
+            *(name, str(one["sequences"]), _ends_cell(one)),
+            _share(one["relief"]["accuracy"]) if "relief" in one else "-",
+            "/".join(str(one[kind]) for kind in ("right", "undecided", "wrong")),
+            f"{one['false_alarms']}, {one['decisions_without_an_ingot']}",
         )
+        for name, one in summary("ingots").items()
     ]
-    for name in ("wrinkles", "dual", "single"):
-        wanted = "99 %" if name == "wrinkles" else ""
-        rows += [
-            (f"frames right, `{name}`", *(_share(one[name]["accuracy"]) for one in lines), wanted),
-            (
-                f"precision and recall of tops, `{name}`",
-                *(", ".join(_share(one[name][kind]) for kind in ("precision", "recall")) for one in lines),
-                "",
-            ),
-        ]
-    found = ("right", "undecided", "wrong")
-    return [
+    head = ("condition", "sequences", "placed frames, ends found", "frames right", "ingots right/undecided/wrong")
+    return [(*head, "false alarms, decisions without an ingot"), *rows]
+
+
+def _ends_cell(found: Summary) -> str:
+    return f"{found['placed_frames']:,}, {_share(found['ends_found'])}" if found["placed_frames"] else "0"
+
+
+def references_over_weeks() -> Rows:
+    """References that learn over fifty weeks: percent of the pictures that are right, before and after a new camera."""
+    rows = [
         (
-            "",
-            *(
-                f"{one['sequences']} {title}"
-                for one, title in zip(lines, ("simulated lines", "path-traced sequences"), strict=True)
-            ),
-            "wanted",
-        ),
-        *rows,
-        (
-            "ingots right, undecided, wrong",
-            *(f"{', '.join(str(one[name]) for name in found)} of {one['ingots']}" for one in lines),
-            "all right",
-        ),
-        ("false alarms", *(str(one["false_alarms"]) for one in lines), "0"),
-        ("frames until decided, median", *(f"{one['median_frames_until_decided']:.0f}" for one in lines), "10"),
-        ("decided within 10 frames, of all ingots", *(_share(one["decided_within_10"]) for one in lines), ""),
+            *(kind, str(found["none"]["lines"])),
+            *(f"{one['before_the_new_camera']:.1f}, {one['with_the_new_camera']:.1f}" for one in found.values()),
+            f"{min(one['least_gain'] for one in found.values()):.1f}",
+        )
+        for kind, found in summary("references_over_weeks").items()
     ]
+    ways = ("as commissioned", "by agreement", "by an operator", "by one who is wrong once in 20 times")
+    return [("ends, classifier", "lines", *ways, "least gain of a line"), *rows]
 
 
 def _share(share: float) -> str:
@@ -374,6 +365,7 @@ TABLES: dict[str, Callable[[], Rows]] = {
     "route V uncertainty": route_v_uncertainty,
     "ingots elsewhere": ingots_elsewhere,
     "ingots": ingots,
+    "references over weeks": references_over_weeks,
     **CAMERA_TABLES,
     **EDGE_TABLES,
     **FUTURE_TABLES,

@@ -1,4 +1,4 @@
-"""Which end of an ingot faces the line: simulated lines, each with its own camera and light, and recordings."""
+"""Which end of an ingot faces the line under each condition of the simulated line, and on recordings."""
 
 import math
 import os
@@ -10,11 +10,12 @@ from ingot_truth import CLASSIFIERS, follow, recorded, simulated
 from appliance.comparison.confusion import Confusion
 
 TEXT = (
-    "Simulated ingot lines at 960 x 540, one ingot each (two where two are in view), and the four recorded sequences. "
-    "Frames count while an ingot is placed and its whole end lies in the crop region."
+    "Simulated ingot lines at 960 x 540, one ingot each (two where two are in view), judged by the classifier that is "
+    "served, and the recorded sequences of two lines. Frames count while an ingot is placed and its whole end lies in "
+    "the crop region."
 )
-MIXED = 200
-OTHERS = 4
+LINES = 4
+RECORDED = {"ingot_line": 4, "ingot_line_b": 8}
 CONDITIONS = (
     "clean", "glare", "overexposed", "drift", "camera-moved", "exposure-changed", "two", "hanging-only", "empty",
     "glare-alone",
@@ -23,14 +24,15 @@ RECORDINGS = Path(os.environ.get("HOTGAUGE_RECORDINGS", Path(__file__).parents[3
 
 
 def cases():
-    simulated_lines = [{"scene": "mixed", "seed": seed} for seed in range(MIXED)]
-    simulated_lines += [{"scene": name, "seed": 1000 + seed} for seed in range(OTHERS) for name in CONDITIONS]
-    return simulated_lines + [{"scene": "recorded", "seed": number} for number in (1, 2, 3, 4)]
+    simulated_lines = [{"scene": name, "seed": 1000 + seed} for seed in range(LINES) for name in CONDITIONS]
+    return simulated_lines + [
+        {"scene": name, "seed": number} for name, count in RECORDED.items() for number in range(1, count + 1)
+    ]
 
 
 def run(case):
-    if case["scene"] == "recorded":
-        return follow(recorded(RECORDINGS / "ingot_line", f"seq{case['seed']:02d}"))
+    if case["scene"] in RECORDED:
+        return follow(recorded(RECORDINGS / case["scene"], f"seq{case['seed']:02d}"))
     return follow(simulated(case["seed"], case["scene"], 2 if case["scene"] == "two" else 1))
 
 

@@ -16,6 +16,7 @@ from appliance.simulation.sensor import Light
 
 SHARE_OF_FAINT_TOPS = 0.25
 LEAST_RELIEF = np.float32(1e-3)
+CAMERA_BLUR_CELLS = FACE_CELLS / 64  # chosen: 1 px where an end has a radius of 32 px
 SHAPE = FACE_CELLS, FACE_CELLS
 _across = np.linspace(-1, 1, FACE_CELLS, dtype=np.float32)
 _x, _y = np.meshgrid(_across, _across)
@@ -33,14 +34,20 @@ def foreign_face(label: Label, rng: Rng) -> Light:
     -------
     ndarray of float32, shape (FACE_CELLS, FACE_CELLS)
     """
+    light = foreign_blemishes(rng)
+    if label == "top":
+        light = no_stronger(foreign_skin(rng), light)
+    return np.maximum(light, np.float32(0.05))
+
+
+def foreign_blemishes(rng: Rng) -> Light:
+    """What an end of either kind may show, as factors of light, shape (FACE_CELLS, FACE_CELLS)."""
     light = np.ones(SHAPE, np.float32)
     light *= 1 + np.float32(rng.uniform(0.01, 0.06)) * noise(rng, SHAPE, FACE_CELLS / rng.uniform(2, 7))
     for blemish, share in _BLEMISHES:
         if rng.random() < share:
             light *= blemish(rng)
-    if label == "top":
-        light = no_stronger(_skin(rng), light)
-    return np.maximum(light, np.float32(0.05))
+    return light
 
 
 def no_stronger(skin: Light, blemishes: Light) -> Light:
@@ -60,14 +67,21 @@ def no_stronger(skin: Light, blemishes: Light) -> Light:
 
 
 def _relief(light: Light) -> float:
-    """Standard deviation of what changes over less than a tenth of the face, in natural logarithms of light."""
+    """Standard deviation of what a camera shows and what changes over less than a tenth of the face.
+
+    In natural logarithms of light. Without the camera's blur, hairlines that no picture shows would count.
+    """
     codes = np.log(np.maximum(light, LEAST_RELIEF))
-    fine = codes - np.asarray(cv2.GaussianBlur(codes, (0, 0), FACE_CELLS / 10), np.float32)
+    fine = np.asarray(cv2.GaussianBlur(codes, (0, 0), CAMERA_BLUR_CELLS), np.float32)
+    fine = fine - np.asarray(cv2.GaussianBlur(codes, (0, 0), FACE_CELLS / 10), np.float32)
     return float(fine[np.hypot(_x, _y) < 0.8].std())
 
 
-def _skin(rng: Rng) -> Light:
-    """Wrinkles inside a rim that is smooth, sometimes hardly there, and rarely as bright as the face."""
+def foreign_skin(rng: Rng) -> Light:
+    """Wrinkles inside a rim that is smooth, sometimes hardly there, and rarely as bright as the face.
+
+    Factors of light, shape (FACE_CELLS, FACE_CELLS).
+    """
     rim = rng.uniform(0.03, 0.28)
     off_x, off_y = rng.normal(0, 0.03, 2)
     ragged = np.float32(rng.uniform(0, 0.03)) * noise(rng, SHAPE, FACE_CELLS / 8)

@@ -17,8 +17,9 @@ from vision.ingot.end_finder import Box
 from vision.ingot.orientation_reader import IngotView, References
 from vision.ingot.sequential_decision import IngotFollower
 
-SETTINGS = IngotSettings(classifier="wrinkles")  # what docs/studies/ingots.json was drawn with
-CLASSIFIERS = ("single", "dual", "wrinkles")
+SETTINGS = IngotSettings()
+WHOLE_FRAMES = 20
+CLASSIFIERS = ("single", "dual", SETTINGS.classifier)
 
 
 class Sight(NamedTuple):
@@ -50,14 +51,24 @@ def recorded(folder, sequence):
     return Scene(load_view(folder), frames())
 
 
-def simulated(seed, condition, ingots):
+def simulated(seed, condition, ingots, later_step=1):
+    """A simulated line; of the frames after the first WHOLE_FRAMES placed ones every later_step-th is drawn."""
     sequence = ingot_sequence(seed, condition, ingots)
     regions = Box(*sequence.roi_crop), Box(*sequence.roi_centroid)
-    frames = (
-        (picture, Sight(bool(told.present), told.label or "", told.x or 0, told.y or 0, told.r or 0, told.state))
-        for picture, told in sequence.frames
-    )
-    return Scene(IngotView(References(sequence.references["top"], sequence.references["bottom"]), *regions), frames)
+
+    def frames():
+        placed, number = 0, 0
+        while True:
+            try:
+                picture, told = sequence.picture(number)
+            except StopIteration:
+                return
+            sight = Sight(bool(told.present), told.label or "", told.x or 0, told.y or 0, told.r or 0, told.state)
+            placed += sight.present and sight.state == "placed"
+            number += later_step if placed > WHOLE_FRAMES else 1
+            yield picture, sight
+
+    return Scene(IngotView(References(sequence.references["top"], sequence.references["bottom"]), *regions), frames())
 
 
 def write_references(folder, view):
