@@ -152,9 +152,11 @@ def _on_plane(camera: TrueCamera, region: Region, bar: Bar, height_mm: float) ->
     return ideal @ region.camera.K[:2, :2].T + region.camera.K[:2, 2]
 
 
-def _error_px(H: Points, from_right: Points, on_left: Points) -> float:
-    """Root mean square distance after alignment."""
+def _error_px(H: Points, from_right: Points, on_left: Points) -> float | None:
+    """Root mean square distance after alignment; None of a homography that sends a point to infinity."""
     moved = np.column_stack([from_right, np.ones(len(from_right))]) @ H.T
+    if not moved[:, 2].all():
+        return None
     away = moved[:, :2] / moved[:, 2:] - on_left
     return float(np.sqrt((away**2).sum(axis=1).mean()))
 

@@ -10,6 +10,7 @@ from appliance.cli.main import main
 from appliance.reproduction import run
 from appliance.reproduction.experiment import number
 from appliance.reproduction.false_edges import _counted
+from appliance.reproduction.registration import _error_px
 from appliance.reproduction.run import ReproductionError, experiments, reproduce
 from appliance.reproduction.sampling import mean_with_error, rms_with_error, share, verdict
 from appliance.reproduction.thermal import Thermal
@@ -113,3 +114,9 @@ def test_false_edges_are_those_far_from_the_bar_s_and_kept_ones_near():
 
 def test_a_figure_that_is_missing_is_a_dash():
     assert [number(value) for value in (None, float("nan"), 1.23456)] == ["-", "-", "1.235"]
+
+
+def test_a_homography_that_sends_points_to_infinity_aligns_nothing():
+    points = np.array([[10.0, 20.0], [30.0, 5.0]])
+    assert _error_px(np.zeros((3, 3)), points, points) is None
+    assert _error_px(np.eye(3), points + np.array([3.0, 4.0]), points) == pytest.approx(5.0)
