@@ -13,8 +13,6 @@ from running import HOTGAUGE, free_port
 from said import Running, said_by
 from stream_gauge import SIZE, managed, measures, reload_changed, status
 
-pytestmark = pytest.mark.waiting
-
 LETTERS = "p#a@ss/w:word"
 settings = partial(stream_gauge.settings, credentials="camera")  # a file beside the settings
 ROUNDS, RELOADS = 5, 3  # fifty of each: tests/studies/stream_stops.py
@@ -29,6 +27,7 @@ def folder(tmp_path_factory):
     return folder
 
 
+@pytest.mark.waiting
 def test_doctor_ends_cleanly_and_finds_the_pair(folder):
     with rtsp_camera(size=SIZE, credentials=folder / "camera") as camera:
         config = settings(folder, camera.address, free_port())
@@ -40,6 +39,7 @@ def test_doctor_ends_cleanly_and_finds_the_pair(folder):
             assert LETTERS not in said
 
 
+@pytest.mark.waiting
 def test_doctor_ends_cleanly_with_a_camera_that_is_silent(folder):
     with silent_camera() as port:
         code, said = said_by("doctor", "--config", settings(folder, f"rtsp://127.0.0.1:{port}/live", free_port()))
@@ -70,6 +70,7 @@ def test_a_camera_that_dies_and_comes_back_is_a_few_lines_and_the_stop_is_clean(
     assert not any(LETTERS in line or "Fatal" in line for line in gone + back + gauge.lines)
 
 
+@pytest.mark.waiting
 def test_a_camera_that_accepts_and_stays_silent_costs_no_thread_and_no_memory(folder):
     rtsp_port, port = free_port(), free_port()
     config = settings(folder, f"rtsp://127.0.0.1:{rtsp_port}/stream", port)
@@ -90,6 +91,7 @@ def test_a_camera_that_accepts_and_stays_silent_costs_no_thread_and_no_memory(fo
     assert max(memory_kb) - min(memory_kb) < GROWN_MAX_KB, counts
 
 
+@pytest.mark.waiting
 def test_reloads_and_the_stop_with_streams_open_are_clean(folder):
     port = free_port()
     with rtsp_camera(size=SIZE, credentials=folder / "camera") as camera:
@@ -103,6 +105,7 @@ def test_reloads_and_the_stop_with_streams_open_are_clean(folder):
     assert not any("Fatal" in line for line in gauge.lines), gauge.lines
 
 
+@pytest.mark.waiting
 @pytest.mark.parametrize("command", ["check-config", "doctor", "run", "orient", "measure", "replay", "calibrate"])
 def test_no_command_shows_a_password(folder, command):
     """Of an address that carries one all the same, of one with a query, and of a file of credentials."""
@@ -128,6 +131,7 @@ def test_no_command_shows_a_password(folder, command):
         assert "ass/w:word" not in said
 
 
+@pytest.mark.waiting
 def test_an_address_with_a_password_is_refused_in_one_sentence(folder):
     code, said = said_by("check-config", settings(folder, f"rtsp://mill:{LETTERS}@10.0.0.11/live", free_port()))
     assert code == 2
