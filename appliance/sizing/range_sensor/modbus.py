@@ -6,7 +6,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Sequence
-from typing import Self
+from typing import Self, cast
 
 from pymodbus import ModbusException
 from pymodbus.client import ModbusTcpClient
@@ -18,6 +18,7 @@ ANSWER_WITHIN_S = 0.5  # chosen: a sensor answers within some milliseconds
 LOST_AFTER_S = 1.0  # chosen: time without an answer after which the sensor counts as lost
 RETRY_PAUSE_S = 0.5  # chosen: before a connection is tried again
 KEPT_READINGS = 256  # 5 s at the usual period
+READS_WITHIN_AGE = 2.5  # of `age_max_ms`: two before each exposure show whether the bar holds still
 LEAVE_TIME_S = 2 * ANSWER_WITHIN_S
 
 
@@ -78,7 +79,7 @@ class ModbusRangeSensor:
     def _read_from(self, client: ModbusTcpClient) -> None:
         settings = self._settings
         read = client.read_input_registers if settings.table == "input" else client.read_holding_registers
-        while not self._closed.wait(settings.poll_ms / 1000):
+        while not self._closed.wait(settings.age_max_ms / 1000 / READS_WITHIN_AGE):
             asked_s = time.monotonic()
             answer = read(settings.address, count=settings.words, device_id=settings.unit_id)
             answered_s = time.monotonic()
@@ -90,8 +91,8 @@ class ModbusRangeSensor:
             self._readings.append(RangeReading(moment_s, self._range_mm(answer.registers)))
 
     def _range_mm(self, words: Sequence[int]) -> float:
-        count = 0
-        for word in words:
-            count = count << 16 | word
+        kind = ModbusTcpClient.DATATYPE.UINT16 if len(words) == 1 else ModbusTcpClient.DATATYPE.UINT32
+        count = cast("int", ModbusTcpClient.convert_from_registers(list(words), kind))
         range_mm = count * self._settings.scale_mm + self._settings.offset_mm
-        return range_mm if self._settings.least_mm <= range_mm <= self._settings.most_mm else math.nan
+        least_mm, most_mm = self._settings.measures_mm
+        return range_mm if least_mm <= range_mm <= most_mm else math.nan

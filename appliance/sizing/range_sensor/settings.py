@@ -20,6 +20,13 @@ def _a_direction(numbers: list[float]) -> list[float]:
     return numbers
 
 
+def _a_span(numbers: list[float]) -> list[float]:
+    if not 0 <= numbers[0] < numbers[1]:
+        raise ValueError("give the least range first, then the greatest")
+    return numbers
+
+
+Span = Annotated[list[float], Field(min_length=2, max_length=2), AfterValidator(_a_span)]
 Place = Annotated[list[float], Field(min_length=3, max_length=3)]
 Direction = Annotated[Place, AfterValidator(_a_direction)]
 
@@ -96,13 +103,11 @@ class ModbusRange(RangeSettings):
     offset_mm: float = Field(
         default=0.0, ge=-100000, le=100000, description="Added to count times scale", json_schema_extra=unit("mm")
     )
-    least_mm: float = Field(
-        default=100.0, ge=0, le=100000, description="Ranges below it are none: no target", json_schema_extra=unit("mm")
+    measures_mm: Span = Field(
+        default=[100.0, 6000.0],
+        description="Least and greatest range; what lies outside is none: no target",
+        json_schema_extra=unit("mm"),
     )
-    most_mm: float = Field(
-        default=6000.0, ge=0, le=100000, description="Ranges above it are none: no target", json_schema_extra=unit("mm")
-    )
-    poll_ms: int = Field(default=20, ge=5, le=1000, description="Time between reads", json_schema_extra=unit("ms"))
     age_max_ms: int = Field(
         default=50,
         ge=5,

@@ -26,7 +26,7 @@ PICTURE = np.zeros((4, 4), np.uint8)
 
 
 def sensor_of(register, **more):
-    given = {"kind": "modbus", "host": "127.0.0.1", "port": register.port, "address": 7, "poll_ms": 5}
+    given = {"kind": "modbus", "host": "127.0.0.1", "port": register.port, "address": 7}
     return modbus.ModbusRangeSensor(ModbusRange(**given | BEAM | more))
 
 
@@ -152,3 +152,9 @@ def test_the_mills_laser_sees_an_oval_bar_as_it_is():
     upright, lying = (laser.true_range_mm(Bar(200.0, ovality_mm=8.0, ovality_deg=deg)) for deg in (90.0, 0.0))
     assert upright == pytest.approx(2200 - 204)  # its greatest diameter is 204
     assert lying == pytest.approx(2200 - 196)
+
+
+@pytest.mark.parametrize("measures_mm", [[6000, 100], [100, 100], [-1, 100], [100]])
+def test_a_measuring_range_has_its_smaller_end_first(measures_mm):
+    with pytest.raises(ValueError, match="measures_mm"):
+        ModbusRange(kind="modbus", host="laser", address=7, measures_mm=measures_mm, **BEAM)

@@ -77,7 +77,7 @@ def test_a_process_that_ends_takes_its_value_with_it_and_comes_back(rehearsal, w
     wait_for(wire, has_value, 5)
     rehearsal.tell(end)
     wait_for(wire, has_none, 1)  # on a busy computer the value may be too old before its process is known to be gone
-    seen = wait_for(wire, lambda seen: seen["reason_word"] == Reason.STARTING, 4)
+    seen = wait_for(wire, lambda seen: seen["reason_word"] == Reason.STARTING, 1)
     assert seen["diameter"] is None
     assert seen["measurement_age"] is None
     assert seen["device_state"] == DeviceState.FAILURE
