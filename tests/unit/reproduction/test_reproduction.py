@@ -10,10 +10,11 @@ from appliance.cli.main import main
 from appliance.reproduction import run
 from appliance.reproduction.experiment import number
 from appliance.reproduction.false_edges import _counted
+from appliance.reproduction.ingots import PRINTED_SIMILARITY
 from appliance.reproduction.registration import _error_px
 from appliance.reproduction.run import ReproductionError, experiments, reproduce
 from appliance.reproduction.sampling import mean_with_error, rms_with_error, share, verdict
-from appliance.reproduction.thermal import Thermal
+from appliance.reproduction.thermal import DIAMETER_MM, Thermal
 
 
 @pytest.fixture
@@ -79,7 +80,19 @@ def test_the_thermal_table_stands_beside_the_published_one():
     assert len(result["served"]) == 10
     table = experiment.section([(case, result)]).tables[0]
     assert [row[1] for row in table.rows] == ["1.11", "1.03", "2.09", "0.87", "-"]  # table 3.1 of the dissertation
+    assert DIAMETER_MM == 165, "section 3.4"
     assert all(abs(float(row[5].split(" ")[0])) < 8 for row in table.rows)
+
+
+def test_printed_similarities_are_those_of_the_dissertation():
+    table_6_1 = """
+        bottom-1 0.6905 0.3667 0.5562
+        bottom-2 0.5934 0.4036 0.4976
+        top-1 0.7985 0.5517 0.7139
+        top-2 0.9021 0.6802 0.7901
+    """
+    rows = [line.split() for line in table_6_1.split("\n") if line.strip()]
+    assert {name: tuple(map(float, values)) for name, *values in rows} == PRINTED_SIMILARITY
 
 
 def test_sampling_errors_are_those_of_the_textbooks():
