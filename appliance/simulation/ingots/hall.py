@@ -121,7 +121,8 @@ def _rollers(y: Light, rng: Rng) -> Light:
 def _post(reflectance: Light, camera: TrueCamera, beside_mm: float, rng: Rng) -> None:
     """An upright post or box 150 to 2500 mm beside the line, 60 to 350 mm wide and 300 to 2500 mm high.
 
-    It reaches 600 mm below the rollers' tops and sends 5 to 50 % of what a roller does.
+    It reaches 600 mm below the rollers' tops and sends 5 to 50 % of what a roller does. One with a corner 10,000 px
+    from the picture or further is left out: OpenCV's fixed-point numbers end at 32,767 px.
     """
     x = rng.choice([-1, 1]) * (beside_mm + rng.uniform(150, 2500))
     y = rng.uniform(-8000, 3000)

@@ -1,6 +1,7 @@
 """`reproduce`: results are kept as they come, an interruption loses none, and the report holds what was found."""
 
 import json
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from appliance.cli.main import main
 from appliance.reproduction import run
 from appliance.reproduction.experiment import number
 from appliance.reproduction.false_edges import _counted
-from appliance.reproduction.ingots import PRINTED_SIMILARITY
+from appliance.reproduction.ingots import PRINTED_SIMILARITY, IngotEnds, _verdict
 from appliance.reproduction.registration import _error_px
 from appliance.reproduction.run import ReproductionError, experiments, reproduce
 from appliance.reproduction.sampling import mean_with_error, rms_with_error, share, verdict
@@ -68,6 +69,15 @@ def test_cases_can_be_written_and_differ(experiment, quick):
     assert [json.loads(key) for key in keys] == experiment.cases(quick=quick)
 
 
+@pytest.mark.parametrize(("quick", "videos"), [(True, [2, 2]), (False, [4, 12])])
+def test_half_of_the_videos_of_ingots_show_tops(quick, videos):
+    """4 and 12 videos, section 6.5; quick: one of each kind."""
+    cases = IngotEnds().cases(quick=quick)
+    for part, count in enumerate(videos):
+        labels = [case["label"] for case in cases if case["set"] == part]
+        assert Counter(labels) == {"top": count / 2, "bottom": count / 2}
+
+
 def test_recorded_ingots_join_where_recordings_are_given(recordings):
     ingots = experiments(recordings)[-1]
     assert {case["set"] for case in ingots.cases(quick=True)} == {0, 1, "ingot_line", "ingot_line_b"}
@@ -93,6 +103,12 @@ def test_printed_similarities_are_those_of_the_dissertation():
     """
     rows = [line.split() for line in table_6_1.split("\n") if line.strip()]
     assert {name: tuple(map(float, values)) for name, *values in rows} == PRINTED_SIMILARITY
+
+
+@pytest.mark.parametrize(("similar", "label"), [((0.9, 0.2), "top"), ((0.2, 0.9), "bottom")])
+def test_each_classifier_judges_an_end_by_its_own_figures(similar, label):
+    end = ["top", *similar, "unknown"]
+    assert [_verdict(end, name) for name in ("single", "dual", "relief")] == [label, label, "unknown"]
 
 
 def test_sampling_errors_are_those_of_the_textbooks():

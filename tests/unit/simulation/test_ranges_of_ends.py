@@ -140,6 +140,14 @@ def test_posts_beside_the_line_are_of_the_stated_sizes(share, side):
     assert picture.max() == pytest.approx((0.05, 0.5)[int(share)])
 
 
+@pytest.mark.parametrize(("corner_px", "drawn"), [(9_000, True), (11_000, False)])
+def test_a_post_far_beyond_the_picture_is_left_out(corner_px, drawn):
+    picture = np.zeros((50, 50), np.float32)
+    corners = np.array([[10.0, 20], [corner_px, 20], [corner_px, 40], [10, 40]])
+    hall._post(picture, SimpleNamespace(project=lambda _: corners), 500.0, PlacedNumbers(0.5))
+    assert (picture[30, 30] > 0) == drawn
+
+
 @pytest.mark.parametrize(("share", "side_mm", "along_mm", "level"), [(0.0, 30, 80, 0.03), (1.0, 120, 300, 0.12)])
 def test_a_lamps_reflection_lies_on_the_line_and_is_of_the_stated_size(share, side_mm, along_mm, level):
     sign = 2 * share - 1
