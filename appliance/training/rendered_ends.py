@@ -150,6 +150,9 @@ def _visibility(light: Plane, camera: Camera) -> float:
 def rendered_end(light: Plane, camera: Camera, rng: Rng) -> Picture:
     """A picture of an end, as `end_image` would cut it out.
 
+    Four in five are exposed at 0.7 to 1.4 times the camera's peak, the others at 1.4 to 2.3 times, and stray light adds
+    up to 4 % of full scale.
+
     Parameters
     ----------
     light : ndarray of float32, shape (FACE_CELLS, FACE_CELLS)

@@ -379,7 +379,7 @@ CONDITIONS: tuple[Condition, ...] = (
     Condition("scale", "condition", "oxide patches with hard edges, 70 to 110 °C darker, and uneven cooling", _scale),
     Condition("rollers", "condition", "rollers, floor and barriers reflect the bar's glow", _rollers),
     Condition("post", "condition", "a dark or lit post before one camera hides part of the bar", _post),
-    Condition("haze", "condition", "steam takes contrast away and lays a veil over both pictures", _haze),
+    Condition("haze", "condition", "steam takes 10 to 45 % of the light and lays a veil over both pictures", _haze),
     Condition("glare", "condition", "a bright blob with a soft edge touches a limb in one picture", _glare),
     Condition("overexposed", "condition", "red, or red and green, are clipped", _overexposed),
     Condition("bar-end", "condition", "a head or a tail lies in the measuring region", _bar_end),

@@ -112,7 +112,7 @@ def _mould(rng: Rng) -> Light:
 
 
 def _scratches(rng: Rng) -> Light:
-    """Height of furrows between the two lips that they threw up."""
+    """Height of furrows, 0.01 to 0.06 deep, between the two lips that they threw up."""
     height = np.zeros(SHAPE, np.float32)
     turn = rng.uniform(0, 2 * np.pi)
     for _ in range(int(rng.integers(0, 12))):

@@ -169,7 +169,10 @@ def _reaction(number: float, rng: Rng) -> Light:
 
 
 def _labyrinth(number: float, rng: Rng) -> Light:
-    """Noise of one wave length, its slopes made steep, scaled to 0 to 1."""
+    """Noise of one wave length, its slopes made steep by 0.8 to 2.5, scaled to 0 to 1.
+
+    The amplitude of waves falls to 1/e 15 to 40 % of their number beside it.
+    """
     spectrum = np.fft.rfft2(rng.standard_normal((FACE_CELLS, FACE_CELLS)))
     rate = np.hypot(np.fft.fftfreq(FACE_CELLS)[:, None], np.fft.rfftfreq(FACE_CELLS)[None, :]) * FACE_CELLS
     spectrum *= np.exp(-(((rate - number) / (rng.uniform(0.15, 0.4) * number)) ** 2))
