@@ -97,10 +97,11 @@ def _convolved(values: Plane, weights: Plane, bias: Plane) -> Plane:
     padding = max((-(-size // STRIDE) - 1) * STRIDE + side - size, 0)
     before = padding // 2
     values = np.pad(values, ((before, padding - before), (before, padding - before), (0, 0)))
-    around = np.lib.stride_tricks.sliding_window_view(values, (side, side), axis=(0, 1))[::STRIDE, ::STRIDE]
-    kernels = np.ascontiguousarray(weights.transpose(2, 0, 1, 3)).reshape(-1, weights.shape[-1])
+    lines = values.reshape(len(values), -1)  # so that a kernel's row is one run of numbers
+    channels = values.shape[2]
+    around = np.lib.stride_tricks.sliding_window_view(lines, (side, side * channels))[::STRIDE, :: STRIDE * channels]
     rows, columns = around.shape[:2]
-    flat = around.reshape(rows * columns, -1) @ kernels + bias
+    flat = around.reshape(rows * columns, -1) @ weights.reshape(-1, weights.shape[-1]) + bias
     return np.maximum(flat, 0).reshape(rows, columns, -1)
 
 
