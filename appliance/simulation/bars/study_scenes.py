@@ -185,6 +185,11 @@ def set_up(condition: str, seed: int, image_size: ImageSize = (800, 600), effect
 
 @lru_cache(maxsize=2)
 def _usual(seed: int, image_size: ImageSize) -> Setup:
+    """One bar, its warm side at 30 to 150 degrees, and a camera of any mill.
+
+    Full scale is 5,000 to 15,000 electrons, read noise 5 to 20 electrons, blur 0.6 to 1 px with a halo of 3 to 8 px and
+    0.5 to 3 %; limbs are up to 6 % darker, and light is uneven by up to 6 %.
+    """
     rng = np.random.default_rng([seed, 0x7363])
     return Setup(
         seed=seed,
