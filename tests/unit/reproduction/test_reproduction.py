@@ -90,11 +90,11 @@ def test_the_thermal_table_stands_beside_the_published_one():
     assert len(result["served"]) == 10
     table = experiment.section([(case, result)]).tables[0]
     assert [row[1] for row in table.rows] == ["1.11", "1.03", "2.09", "0.87", "-"]  # table 3.1 of the dissertation
-    assert DIAMETER_MM == 165, "section 3.4"
     assert all(abs(float(row[5].split(" ")[0])) < 8 for row in table.rows)
 
 
-def test_printed_similarities_are_those_of_the_dissertation():
+def test_printed_similarities_and_the_thermal_bar_are_those_of_the_dissertation():
+    assert DIAMETER_MM == 165  # mm, section 3.4
     table_6_1 = """
         bottom-1 0.6905 0.3667 0.5562
         bottom-2 0.5934 0.4036 0.4976
