@@ -115,6 +115,14 @@ def test_a_furrow_is_as_deep_as_stated(share, depth):
     assert 0 < height.max() < depth / 2, "lips"
 
 
+@pytest.mark.parametrize(("share", "depth", "wide"), [(0.5, 0.04, 0.07), (1.0, 0.07, 0.12)])
+def test_a_dent_is_as_deep_and_wide_as_stated(share, depth, wide):
+    height = cast_faces._dents(PlacedNumbers(share, whole=1 / 4))
+    assert height.min() == pytest.approx(-depth, rel=0.05)
+    cell = 2 / (FACE_CELLS - 1)
+    assert height.sum() * cell**2 == pytest.approx(-depth * np.pi * wide**2, rel=0.1), "a bell of Gauss' shape"
+
+
 @pytest.fixture(scope="module")
 def hall_camera():
     pose = look_at(np.array([0.0, 5000.0, 2500.0]), np.array([0.0, -2000.0, 600.0]), 0.0)

@@ -158,6 +158,10 @@ def test_a_nudged_camera_turns_about_any_axis_to_either_side(placed):
             assert next(iter(turned.values())) == pytest.approx([deviation * most / math.sqrt(3)] * 3)
 
 
+def glare_of(glare):
+    return glare.radius_px, glare.soft_px, glare.light
+
+
 SCENES = {
     "scale": (scale, (0.05, 15, 70, 5), (0.35, 60, 110, 20)),
     "haze": (lambda setup: [one.density for one in setup.disturbances], (0.1, 0.1), (0.45, 0.45)),
@@ -167,6 +171,8 @@ SCENES = {
     "bounce": (lambda setup: setup.bounce_mm, 1, 6),
     "defocus": (lambda setup: setup.blur.core_px, 1.2, 2.2),
     "overexposed": (lambda setup: setup.gain, 2, 6.5),
+    "glare": (lambda setup: glare_of(setup.disturbances[0]), (0.8, 0.08, 0.2), (4.8, 2.4, 1.5)),
+    "one-blind": (lambda setup: setup.disturbances[0].light, 0, 0.3),
     "two-bars": (
         lambda setup: [setup.bars[1].offset_mm - setup.bars[0].offset_mm, *(bar.diameter_mm for bar in setup.bars)],
         (100, 80, 80),
@@ -182,6 +188,17 @@ def test_what_a_study_adds_is_between_the_sizes_that_are_stated(placed, name):
     for share, expected in zip(ENDS, stated, strict=True):
         setup = placed(share, set_up, words[0], SEED + int(share), (80, 60), words[1])
         assert read(setup) == pytest.approx(expected), share
+
+
+def test_a_post_stands_between_a_camera_and_the_bar_and_hides_the_stated_part(placed):
+    for share, (near, part, light, soft_px) in enumerate([(0.35, 0.15, 0.001, 1), (0.7, 0.5, 0.5, 4)]):
+        setup = placed(share, set_up, "post", SEED + 20 + share, (80, 60))
+        post, bar, camera = setup.disturbances[0], setup.bars[0], setup.rig.cameras[share]
+        hidden = bar.axis_point_mm + setup.rig.region_y_mm[share] * bar.axis_direction
+        foot_mm = camera.centre_mm + near * (hidden - camera.centre_mm)
+        assert post.foot_mm == pytest.approx(foot_mm[:2])
+        assert post.radius_mm == pytest.approx(near * part * bar.diameter_mm / 2), "seen over the bar's width"
+        assert (post.light, post.soft_px) == pytest.approx((light, soft_px))
 
 
 USUAL = {  # of any study's scene
