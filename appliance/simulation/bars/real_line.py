@@ -150,7 +150,7 @@ def draw_line(seed: int, effects: tuple[str, ...] | None = None) -> Line:
     to 4 mm to either side; shimmer of 0.05 to 0.4 px; widths that differ by 0.1 to 0.8 % of the diameter, on sections
     that stand still or turn by up to 0.5 degrees/ms; 1 to 6 mm of camber over a metre; a camera turned by 0.01 to 0.06
     degrees about any axis; haze that takes up to 20 % of the light and grows by 1 to 6 % a frame while it drifts by 3
-    to 20 px; a hop of 0.2 to 2 mm; scale over 5 to 30 % of the bar in patches of 15 to 60 mm, 70 to 110 degrees C
+    to 20 px, in patches of 40 to 149 px; a hop of 0.2 to 2 mm; scale over 5 to 30 % of the bar in patches of 15 to 60 mm, 70 to 110 degrees C
     cooler, on a surface that is uneven by 5 to 20 degrees C.
 
     Raises
