@@ -76,7 +76,11 @@ class Camera(NamedTuple):
 
 
 def random_camera(rng: Rng) -> Camera:
-    """A camera of any line."""
+    """A camera of any line.
+
+    Its blur is 0.35 to 1.4 px, its peak 25 to 75 % of full scale, its channels' gains 1 to 1.5, 0.5 to 1 and 0.1 to
+    0.6, its noise 0.2 to 2.5 codes; JPEG has a quality of 60 to 95, and ends are seen 88 to 100 % as high as wide.
+    """
     return Camera(
         blur_px=math.exp(rng.uniform(math.log(0.35), math.log(1.4))),
         peak=rng.uniform(0.25, 0.75),

@@ -127,7 +127,7 @@ def _scratches(rng: Rng) -> Light:
 
 
 def _dents(rng: Rng) -> Light:
-    """Height of the hollows that tongs and chains press."""
+    """Height of the hollows that tongs and chains press, 0.01 to 0.07 deep and 0.02 to 0.12 of the radius wide."""
     height = np.zeros(SHAPE, np.float32)
     for _ in range(int(rng.integers(0, 5))):
         x, y = rng.uniform(-0.8, 0.8, 2)

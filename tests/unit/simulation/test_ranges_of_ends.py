@@ -1,5 +1,6 @@
 """Ends of ingots and what stands around them, drawn at random: each size lies where the docstring says."""
 
+from dataclasses import astuple
 from types import SimpleNamespace
 
 import cv2
@@ -42,6 +43,22 @@ def test_chips_are_darker_or_lighter_by_as_much_as_stated(share):
     light = foreign_faces._chips(PlacedNumbers(share))
     strongest = light.ravel()[np.argmax(np.abs(light - 1))]
     assert strongest == pytest.approx(1 + (0.1 + 0.3 * share) * (1.3 * share - 1), abs=1e-4)
+
+
+LOOKS = {  # kind, whether faint or with scale: wrinkles, contrast, relief, rim, recess, mottling, flakes, their depth
+    ("top", True): ((3, 0.07, 0, 0.05, 0, 0.01, 0, 0.05), (11, 0.15, 0.2, 0.28, 0.25, 0.06, 0.06, 0.25)),
+    ("top", False): ((3, 0.15, 0, 0.05, 0, 0.01, 0, 0.05), (11, 0.45, 0.2, 0.28, 0.25, 0.06, 0.06, 0.25)),
+    ("bottom", True): ((0, 0, 0, 0.03, 0, 0.01, 0.08, 0.2), (0, 0, 0, 0.25, 0.15, 0.06, 0.4, 0.45)),
+    ("bottom", False): ((0, 0, 0, 0.03, -0.03, 0.01, 0, 0.05), (0, 0, 0, 0.25, 0.06, 0.06, 0.05, 0.25)),
+}
+
+
+@pytest.mark.parametrize(("label", "hard"), LOOKS)
+def test_faces_differ_by_as_much_as_stated(label, hard):
+    for share, stated in zip(ENDS, LOOKS[label, hard], strict=True):
+        looks = faces.random_looks(label, PlacedNumbers(share, chance=1.0 - hard))
+        assert astuple(looks)[:8] == pytest.approx(stated), share
+        assert looks.scratches == share * (1 if label == "top" else 5)
 
 
 def test_blotches_have_the_stated_unevenness():
@@ -96,6 +113,14 @@ def test_a_furrow_is_as_deep_as_stated(share, depth):
     height = cast_faces._scratches(PlacedNumbers(share, whole=1 / 11))
     assert height.min() == pytest.approx(-depth, rel=0.2)
     assert 0 < height.max() < depth / 2, "lips"
+
+
+@pytest.mark.parametrize(("share", "depth", "wide"), [(0.5, 0.04, 0.07), (1.0, 0.07, 0.12)])
+def test_a_dent_is_as_deep_and_wide_as_stated(share, depth, wide):
+    height = cast_faces._dents(PlacedNumbers(share, whole=1 / 4))
+    assert height.min() == pytest.approx(-depth, rel=0.05)
+    cell = 2 / (FACE_CELLS - 1)
+    assert height.sum() * cell**2 == pytest.approx(-depth * np.pi * wide**2, rel=0.1), "a bell of Gauss' shape"
 
 
 @pytest.fixture(scope="module")

@@ -9,6 +9,7 @@ from placed_numbers import PlacedNumbers
 from appliance.simulation.bars.real_line import draw_line
 from appliance.simulation.bars.study_scenes import set_up
 from appliance.simulation.foreign_thermal_line import random_foreign_thermal_line
+from appliance.simulation.ingots.conditions import ingot_line
 from appliance.simulation.thermal_line import random_thermal_line
 from appliance.simulation.true_rig import random_rig
 
@@ -157,6 +158,10 @@ def test_a_nudged_camera_turns_about_any_axis_to_either_side(placed):
             assert next(iter(turned.values())) == pytest.approx([deviation * most / math.sqrt(3)] * 3)
 
 
+def glare_of(glare):
+    return glare.radius_px, glare.soft_px, glare.light
+
+
 SCENES = {
     "scale": (scale, (0.05, 15, 70, 5), (0.35, 60, 110, 20)),
     "haze": (lambda setup: [one.density for one in setup.disturbances], (0.1, 0.1), (0.45, 0.45)),
@@ -166,6 +171,8 @@ SCENES = {
     "bounce": (lambda setup: setup.bounce_mm, 1, 6),
     "defocus": (lambda setup: setup.blur.core_px, 1.2, 2.2),
     "overexposed": (lambda setup: setup.gain, 2, 6.5),
+    "glare": (lambda setup: glare_of(setup.disturbances[0]), (0.8, 0.08, 0.2), (4.8, 2.4, 1.5)),
+    "one-blind": (lambda setup: setup.disturbances[0].light, 0, 0.3),
     "two-bars": (
         lambda setup: [setup.bars[1].offset_mm - setup.bars[0].offset_mm, *(bar.diameter_mm for bar in setup.bars)],
         (100, 80, 80),
@@ -181,3 +188,74 @@ def test_what_a_study_adds_is_between_the_sizes_that_are_stated(placed, name):
     for share, expected in zip(ENDS, stated, strict=True):
         setup = placed(share, set_up, words[0], SEED + int(share), (80, 60), words[1])
         assert read(setup) == pytest.approx(expected), share
+
+
+def test_a_post_stands_between_a_camera_and_the_bar_and_hides_the_stated_part(placed):
+    for share, (near, part, light, soft_px) in enumerate([(0.35, 0.15, 0.001, 1), (0.7, 0.5, 0.5, 4)]):
+        setup = placed(share, set_up, "post", SEED + 20 + share, (80, 60))
+        post, bar, camera = setup.disturbances[0], setup.bars[0], setup.rig.cameras[share]
+        hidden = bar.axis_point_mm + setup.rig.region_y_mm[share] * bar.axis_direction
+        foot_mm = camera.centre_mm + near * (hidden - camera.centre_mm)
+        assert post.foot_mm == pytest.approx(foot_mm[:2])
+        assert post.radius_mm == pytest.approx(near * part * bar.diameter_mm / 2), "seen over the bar's width"
+        assert (post.light, post.soft_px) == pytest.approx((light, soft_px))
+
+
+USUAL = {  # of any study's scene
+    "diameter, mm": (lambda setup: setup.bars[0].diameter_mm, 80, 300),
+    "offset, mm": (lambda setup: setup.bars[0].offset_mm, -50, 50),
+    "yaw, degrees": (lambda setup: setup.bars[0].yaw_deg, -1.5, 1.5),
+    "temperature, degrees C": (lambda setup: setup.bars[0].temperature_c, 1050, 1100),
+    "warm side, degrees": (lambda setup: setup.bars[0].warm_side_deg, 30, 150),
+    "full scale, electrons": (lambda setup: setup.sensor.full_well_electrons, 5_000, 15_000),
+    "read noise, electrons": (lambda setup: setup.sensor.read_noise_electrons, 5, 20),
+    "blur, px": (lambda setup: setup.blur.core_px, 0.6, 1.0),
+    "halo, px": (lambda setup: setup.blur.halo_px, 3, 8),
+    "halo": (lambda setup: setup.blur.halo_part, 0.005, 0.03),
+    "limbs": (lambda setup: setup.glow.limb_darkening, 0, 0.06),
+    "unevenness": (lambda setup: setup.glow.unevenness, 0, 0.06),
+}
+
+
+def test_usual_scenes_are_between_the_sizes_that_are_stated(placed):
+    for share in ENDS:
+        setup = placed(share, set_up, "clean", SEED + 10 + int(share), (80, 60))
+        for name, (read, *stated) in USUAL.items():
+            assert read(setup) == pytest.approx(stated[int(share)]), name
+
+
+def seen_from(line):
+    """How high over an ingot's axis the camera is, and how far along the line."""
+    return line.camera.centre_mm[2] - line.radius_mm, line.camera.centre_mm[1]
+
+
+INGOTS = {  # of an ingot line
+    "radius, mm": (lambda line: line.radius_mm, 170, 330),
+    "distance, radii": (lambda line: np.hypot(*seen_from(line)) / line.radius_mm, 22, 42),
+    "elevation, degrees": (lambda line: np.rad2deg(np.arctan2(*seen_from(line))), 13, 25),
+    "travel, radii": (lambda line: line.travel_mm / line.radius_mm, 2.2, 8.4),
+    "temperature, degrees C": (lambda line: line.temperature_c, 1030, 1180),
+    "k1": (lambda line: line.camera.dist[0], -0.06, 0.02),
+    "brightness": (lambda line: line.brightness, 0.4, 2.5),
+    "veil": (lambda line: line.veil, 0.003, 0.03),
+    "shake, px": (lambda line: line.shake_px, 0, 0.3),
+    "blur, px": (lambda line: line.blur.core_px, 0.7, 1.5),
+    "halo, px": (lambda line: line.blur.halo_px, 3, 8),
+    "halo": (lambda line: line.blur.halo_part, 0.005, 0.03),
+    "bloom": (lambda line: line.bloom, 0.005, 0.04),
+    "quality": (lambda line: line.quality, 78, 95),
+    "full scale, electrons": (lambda line: line.sensor.full_well_electrons, 2_500, 12_000),
+    "read noise, electrons": (lambda line: line.sensor.read_noise_electrons, 8, 30),
+}
+
+
+def test_ingot_lines_are_between_the_sizes_that_are_stated(placed):
+    for share in ENDS:
+        line = placed(share, ingot_line, SEED, "clean", (480, 270))
+        for name, (read, *stated) in INGOTS.items():
+            assert read(line) == pytest.approx(stated[int(share)]), name
+        shown = line.length_mm * np.sin(np.deg2rad((13, 25)[int(share)])) / (2 * line.radius_mm)
+        assert shown == pytest.approx((0.3, 0.85)[int(share)])
+        ingot = line.ingot("bottom", PlacedNumbers(share))
+        ratios = ingot.radius_mm / line.radius_mm, ingot.length_mm / line.length_mm
+        assert ratios == pytest.approx([(0.97, 0.9), (1.03, 1.1)][int(share)])

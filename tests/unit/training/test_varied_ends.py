@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from placed_numbers import PlacedNumbers
 
+from appliance.simulation.bars.bars import Bar, Oxide
 from appliance.simulation.bars.study_scenes import set_up
 from appliance.training import edge_scenes
 from appliance.training.ingot_faces import SIZE, _blemishes, varied
-from appliance.training.rendered_ends import FACE_CELLS, Camera, rendered_end
+from appliance.training.rendered_ends import FACE_CELLS, Camera, random_camera, rendered_end
 
 
 @pytest.mark.parametrize(
@@ -18,6 +19,20 @@ def test_an_end_is_exposed_at_the_stated_times_of_the_cameras_peak(share, chance
     camera = Camera(0.5, 0.3, (1.0, 1.0, 1.0), 0.0, coarse_noise=False, quality=0, flattening=1.0)
     shown = rendered_end(np.ones((FACE_CELLS, FACE_CELLS), np.float32), camera, PlacedNumbers(share, chance))
     assert np.median(shown[24:40, 24:40]) == pytest.approx(255 * (0.3 * times + stray) ** (1 / 2.2), abs=2)
+
+
+def test_cameras_are_between_the_sizes_that_are_stated():
+    stated = [(0.35, 0.25, 1.0, 0.5, 0.1, 0.2, 60, 0.88), (1.4, 0.75, 1.5, 1.0, 0.6, 2.5, 95, 1.0)]
+    for share, sizes in enumerate(stated):
+        camera = random_camera(PlacedNumbers(share))
+        found = camera.blur_px, camera.peak, *camera.gains, camera.noise_codes, camera.quality, camera.flattening
+        assert found == pytest.approx(sizes)
+
+
+def test_scale_is_varied_between_the_sizes_that_are_stated():
+    for share, sizes in enumerate([(0.05, 15, 40, 5), (0.4, 120, 140, 30)]):
+        oxide = edge_scenes._more_varied(Bar(150.0, oxide=Oxide(seed=1)), PlacedNumbers(share)).oxide
+        assert (oxide.part, oxide.patch_mm, oxide.cooler_c, oxide.unevenness_c) == pytest.approx(sizes)
 
 
 def test_a_face_that_is_not_varied_stays_as_it_is():
