@@ -66,7 +66,9 @@ class AlignedPair:
         lines = [
             random_regression(side, parameters.sample_points, parameters.sample_count, rng) for side in (first, second)
         ]
-        return _mean_widths(np.ascontiguousarray(to_plane), (lines[0].slope, lines[0].start), (lines[1].slope, lines[1].start), rows)
+        return _mean_widths(
+            np.ascontiguousarray(to_plane), (lines[0].slope, lines[0].start), (lines[1].slope, lines[1].start), rows
+        )
 
     def section_frame(self) -> tuple[Array, float]:
         """Cameras in the bar's section plane, shape (2, 2), and the place of the outline's middle across it, mm."""
