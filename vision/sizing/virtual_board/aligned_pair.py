@@ -86,9 +86,10 @@ class AlignedPair:
 @njit(nogil=True, cache=True)
 def _mean_widths(to_plane, first, second, rows):  # type: ignore[no-untyped-def]
     """Mean distance on a plane of the two lines' points in the rows of each window, (windows, T)."""
-    width = np.empty(first[0].shape)
-    for window in range(width.shape[0]):
-        for time in range(width.shape[1]):
+    windows, times = first[0].shape
+    width = np.empty((windows, times))
+    for window in range(windows):
+        for time in range(times):
             total = 0.0
             for row in rows[window]:
                 x, y = _moved(to_plane, first[0][window, time] * row + first[1][window, time], row)
