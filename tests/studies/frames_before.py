@@ -17,7 +17,7 @@ TEXT = (
     "leave, come in twos, swap between both exposures, and a camera turns. One gauge measures the sequence; another, "
     "new one measures each of its pairs alone, with nothing to go by but a search of the whole region."
 )
-SEEDS = range(700, 712)
+SEEDS = range(700, 740)
 SEQUENCES = 10  # of each seed's line
 FRAMES = 25
 LONGEST_STAY = 8
