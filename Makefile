@@ -9,6 +9,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 CONTRIB := .venv-contrib
 TEST_PATH := tests:tests/kit/cameras:tests/kit/clients:tests/kit/comparisons:tests/kit/inputs:tests/kit/pictures:tests/kit/stations  # as pytest's in pyproject.toml
+COVERED := --cov --cov-append --cov-report=
 IN_TWO_PROCESSES := --numprocesses=2 --dist=loadfile
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
@@ -19,11 +20,11 @@ run: $(VENV)/installed
 check: $(VENV)/installed-dev
 	@$(MAKE) --no-print-directory --jobs=2 lint contracts unit types
 
-# tests that compute in two processes first, those that mostly wait after them, and last those that need the computer for themselves
+# tests that compute in two processes first, those that mostly wait after them (one that fails beside another counts as it ends alone), and last those that need the computer for themselves
 test: packages $(VENV)/installed-systemd $(CONTRIB)/installed lint types contracts kernels
 	rm -f .coverage .coverage.*
 	$(BIN)/python -m pytest --cov --cov-report= --durations=20 -m "not alone and not waiting" $(IN_TWO_PROCESSES)
-	$(BIN)/python -m pytest --cov --cov-append --cov-report= --durations=20 -m waiting $(IN_TWO_PROCESSES)
+	$(BIN)/python -m pytest $(COVERED) --durations=20 -m waiting $(IN_TWO_PROCESSES) || $(BIN)/python -m pytest $(COVERED) -m waiting --last-failed --last-failed-no-failures=none
 	$(BIN)/python -m pytest --cov --cov-append --cov-fail-under=91 --durations=20 -m alone
 
 unit: kernels

@@ -97,7 +97,8 @@ class Pairing:
         if not self._waiting[1]:
             return None
         nearest = min(self._waiting[1], key=lambda right: _apart_s(left, right))
-        known = self._waiting[1][-1].exposed_monotonic_s >= left.exposed_monotonic_s
+        later_s = max(left.exposed_monotonic_s, nearest.exposed_monotonic_s)
+        known = all(waiting[-1].exposed_monotonic_s >= later_s for waiting in self._waiting)
         return nearest if known or _apart_s(left, nearest) <= self._in_step_s else None
 
     def _pair(self, left: Exposure, right: Exposure) -> FramePair:

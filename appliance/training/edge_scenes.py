@@ -94,7 +94,10 @@ def _mill_crops(rng: Rng) -> list[Example]:
 
 
 def _more_varied(bar: Bar, rng: Rng) -> Bar:
-    """Vary the scale of a bar more than the mill's own scenes do."""
+    """Vary the scale of a bar more than the mill's own scenes do.
+
+    Over 5 to 40 % of it, in patches of 15 to 120 mm, 40 to 140 degrees C cooler, uneven by 5 to 30 degrees C.
+    """
     if bar.oxide is None:
         return bar
     oxide = replace(

@@ -119,7 +119,11 @@ def varied(image: Picture, rng: Rng, *, is_top: bool) -> Picture:
 
 
 def _blemishes(rng: Rng) -> Array:
-    """Mottling, a darker middle, flakes and streaks, in logarithms of light."""
+    """Mottling, a darker middle, flakes and streaks, in logarithms of light.
+
+    Mottling has a standard deviation of up to 0.1; the middle is darker by up to 0.14, and by 1/e of that 0.2 to 0.6 of
+    the radius from it.
+    """
     mottling = cv2.GaussianBlur(rng.standard_normal((SIZE, SIZE)), (0, 0), SIZE / rng.uniform(8, 20))
     x, y = rng.uniform(-0.3, 0.3, 2)
     middle = np.exp(-((_x - x) ** 2 + (_y - y) ** 2) / rng.uniform(0.2, 0.6) ** 2)

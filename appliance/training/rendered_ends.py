@@ -76,7 +76,11 @@ class Camera(NamedTuple):
 
 
 def random_camera(rng: Rng) -> Camera:
-    """A camera of any line."""
+    """A camera of any line.
+
+    Its blur is 0.35 to 1.4 px, its peak 25 to 75 % of full scale, its channels' gains 1 to 1.5, 0.5 to 1 and 0.1 to
+    0.6, its noise 0.2 to 2.5 codes; JPEG has a quality of 60 to 95, and ends are seen 88 to 100 % as high as wide.
+    """
     return Camera(
         blur_px=math.exp(rng.uniform(math.log(0.35), math.log(1.4))),
         peak=rng.uniform(0.25, 0.75),
@@ -149,6 +153,9 @@ def _visibility(light: Plane, camera: Camera) -> float:
 
 def rendered_end(light: Plane, camera: Camera, rng: Rng) -> Picture:
     """A picture of an end, as `end_image` would cut it out.
+
+    Four in five are exposed at 0.7 to 1.4 times the camera's peak, the others at 1.4 to 2.3 times, and stray light adds
+    up to 4 % of full scale.
 
     Parameters
     ----------

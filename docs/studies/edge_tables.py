@@ -1,6 +1,8 @@
 """Tables of the studies of edges and of fusion, in the order of the documents."""
 
 from collections.abc import Callable
+from math import sqrt
+from statistics import mean, stdev
 
 from results import Rows, Summary, length, lengths, summary
 
@@ -98,6 +100,28 @@ def edges_places() -> Rows:
     return _by_method(lambda found: f"{found['width_bias_px']:+.2f} / {found['spread_px']:.2f}")
 
 
+def split_criterion() -> Rows:
+    """Forests grown by either criterion: mean over seeds and its standard error."""
+    found = summary("split_criterion")
+    figures = {
+        "rows with a false edge, %": ("rows_with_a_false_edge", 100.0, ".1f"),
+        "limb rows within 1 px, %": ("limbs_within_1_px", 100.0, ".1f"),
+        "width bias, px": ("width_bias_px", 1.0, "+.2f"),
+        "spread, px": ("spread_px", 1.0, ".2f"),
+    }
+    rows = [
+        (title, criterion, *(_over_seeds(one[scene][name], scale, form) for scene in EDGE_SCENES))
+        for title, (name, scale, form) in figures.items()
+        for criterion, one in found.items()
+    ]
+    return [("", "", *EDGE_SCENES), *rows]
+
+
+def _over_seeds(values: list[float], scale: float, form: str) -> str:
+    error = scale * stdev(values) / sqrt(len(values))
+    return f"{scale * mean(values):{form}} ± {error:{form.lstrip('+')}}"
+
+
 EDGE_TABLES: dict[str, Callable[[], Rows]] = {
     "fusion, metrics": fusion_metrics,
     "fusion, errors": fusion_errors,
@@ -107,4 +131,5 @@ EDGE_TABLES: dict[str, Callable[[], Rows]] = {
     "edges, false": edges_false,
     "edges, found": edges_found,
     "edges, places": edges_places,
+    "edges, criterion": split_criterion,
 }

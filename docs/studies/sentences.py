@@ -227,7 +227,24 @@ def _no_such_line() -> Numbers:
     return str(len(result("no_such_line")["rows"])), str(values)
 
 
-README, CAMERAS, PLC = "README.md", "docs/guides/cameras.md", "docs/guides/plc.md"
+def _at_full_rate() -> Numbers:
+    """Of each size: pairs, what was dropped, latency, processor, memory."""
+    return tuple(str(number) for one in summary("end_to_end").values() for number in _of_a_rate(one))
+
+
+def _of_a_rate(one: Row) -> tuple[float, ...]:
+    station_mb = [sample["station"] for sample in one["memory_mb"]]
+    names = ("pairs", "dropped", "latency_p50_ms", "latency_p99_ms", "processor_percent")
+    return (*(one[name] for name in names), station_mb[0], station_mb[-1], one["station_peak_mb"])
+
+
+def _start_times() -> Numbers:
+    seconds = summary("start_times")
+    return tuple(f"{seconds[name][of]:.1f}" for name in ("warm", "killed", "cold") for of in ("median_s", "worst_s"))
+
+
+BENCHMARKS, README = "benchmarks/README.md", "README.md"
+CAMERAS, PLC = "docs/guides/cameras.md", "docs/guides/plc.md"
 CONVEYOR, DIAMETER, REAL_LINE, UNCERTAINTY, VIRTUAL_BOARD = (
     f"docs/methods/{name}.md" for name in ("conveyor", "diameter", "real_line", "expanded_uncertainty", "virtual_board")
 )
@@ -374,6 +391,19 @@ SENTENCES = (
         VIRTUAL_BOARD,
         _scale_along_an_edge,
         "Scale along a whole edge moves it inwards by up to a pixel; U did not cover {} % of {} such frames",
+    ),
+    Sentence(
+        BENCHMARKS,
+        _at_full_rate,
+        "at 800 x 600, 25 a second, {} pairs came and {} were dropped, median and 99 % of the latency were {} and {} "
+        "ms, both processes took {} % of one core, the station held {} MB at first, {} at last and {} at most; at "
+        "2704 x 1520, 5 a second, {} pairs, {} dropped, {} and {} ms, {} %, {}, {} and {} MB",
+    ),
+    Sentence(
+        BENCHMARKS,
+        _start_times,
+        "after {} s (median of five; worst {}), again after {} s (worst {}) when its measuring process was killed. "
+        "With nothing compiled it takes {} s (worst {})",
     ),
     Sentence(
         "vision/compression.py",

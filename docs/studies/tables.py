@@ -305,6 +305,19 @@ def _classifier_cell(found: Summary) -> str:
     return f"{percent(found['frames_right'], 1)}, {'/'.join(map(str, counts))}"
 
 
+def ingots_evidence() -> Rows:
+    """Evidence of a frame by every classifier: how far its log odds hold, and how much two frames of an ingot share."""
+    found = summary("ingots_elsewhere")["all simulated"]
+    rows = [
+        (
+            *(f"`{name}`", percent(1 - one["frames_right"], 1), percent(one["frames_wrong_expected"], 1)),
+            f"{one['correlation']:.2f}",
+        )
+        for name, one in ((name, found[name]) for name in ("relief", "wrinkles", "dual", "single"))
+    ]
+    return [("classifier", "frames wrong", "as its log odds say", "correlation of an ingot's frames"), *rows]
+
+
 def ingots() -> Rows:
     """Ingots under each condition of the simulated line, and of path-traced sequences, by the served classifier."""
     rows: Rows = [
@@ -364,6 +377,7 @@ TABLES: dict[str, Callable[[], Rows]] = {
     "virtual board, steps": virtual_board_steps,
     "route V uncertainty": route_v_uncertainty,
     "ingots elsewhere": ingots_elsewhere,
+    "ingots evidence": ingots_evidence,
     "ingots": ingots,
     "references over weeks": references_over_weeks,
     **CAMERA_TABLES,

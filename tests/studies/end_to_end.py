@@ -56,7 +56,7 @@ def run(case, minutes=MINUTES):
     with tempfile.TemporaryDirectory() as name, contextlib.ExitStack() as stack:
         folder = Path(name)
         if case["columns"] == FULL[0]:
-            write_recording(folder)
+            write_recording(folder, FULL)
             sizing = RECORDING.format(rate_hz=case["rate_hz"])
         else:
             sizing = MILL.format(seed=SEED, rate_hz=case["rate_hz"], frames=FRAMES)
@@ -73,10 +73,10 @@ def run(case, minutes=MINUTES):
         return measured(gauge, wire, 60 * minutes, case["rate_hz"])
 
 
-def write_recording(folder):
-    """Pairs at full frame and the rig that they were taken with."""
-    save_rig(calibrated_rig(SEED, FULL), folder / "rig.json")
-    setup = set_up("clean", SEED, FULL)
+def write_recording(folder, size):
+    """Pairs of a size and the rig that they were taken with."""
+    save_rig(calibrated_rig(SEED, size), folder / "rig.json")
+    setup = set_up("clean", SEED, size)
     for frame in range(RECORDED_FRAMES):
         for side, picture in zip(SIDES, setup.pair(frame), strict=True):
             (folder / "recording" / side).mkdir(parents=True, exist_ok=True)

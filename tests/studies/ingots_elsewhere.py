@@ -20,7 +20,9 @@ TEXT = (
     "One ingot a line: ends as our mill's (mixed), as other mills' (foreign) and as shaded geometry (cast), drawn from "
     "seeds no classifier was trained on, and the recorded sequences of two further lines. Frames count while an ingot "
     "is placed and its end is found; after 20 placed frames of a simulated ingot every fourth is read. "
-    "frames_wrong_expected: the share that the log odds of the frames allow for, beside the share that is wrong."
+    "frames_wrong_expected: the share that the log odds of the frames allow for, beside the share that is wrong. "
+    "log_odds: of each kind of end number of frames, mean and standard deviation; correlation: between those of two "
+    "frames of one simulated ingot (intraclass correlation, ingots of one kind)."
 )
 LINES = 100
 FIRST_SEED = 5000
@@ -59,19 +61,22 @@ def _face(picture, reading):
 
 
 def _told(name, seen, references):
-    judge, readings, doubts = CLASSIFIERS[name](*references).judge, [], []
+    judge, readings, odds = CLASSIFIERS[name](*references).judge, [], {}
     for sight, reading, face in seen:
         verdict = face and judge(face)
         changes = {"orientation": verdict.orientation, "log_odds": verdict.log_odds} if verdict else {}
         readings.append(replace(reading, **changes))
         if verdict and sight.present and sight.state == "placed":
-            doubts.append(1 / (1 + np.exp(abs(verdict.log_odds))))
+            odds.setdefault(sight.label, []).append(verdict.log_odds)
     told = counted([sight for sight, _, _ in seen], readings, IngotSettings(classifier=name))
     counts = told["verdicts"][name]
     return {
         "frames": sum(counts.values()),
         "frames_right": sum(counts.get(verdict, 0) for verdict in ("top as top", "bottom as bottom")),
-        "frames_wrong_expected": round(float(np.sum(doubts)), 3),
+        "frames_wrong_expected": round(sum(float(np.sum(1 / (1 + np.exp(np.abs(of))))) for of in odds.values()), 3),
+        "log_odds": {
+            label: [len(of), round(float(np.mean(of)), 3), round(float(np.std(of)), 3)] for label, of in odds.items()
+        },
         "ingots": told["ingots"],
         "strangers_called_top": sum(orientation == "top" for orientation, _ in told["strangers"]),
     }
@@ -81,6 +86,18 @@ def summary(rows):
     lines = {line: [row for row in rows if row["line"] == line] for line in dict.fromkeys(row["line"] for row in rows)}
     lines["all simulated"] = [row for row in rows if row["line"] in SIMULATED]
     return {line: _of_lines(of) for line, of in lines.items()}
+
+
+def _correlation(rows):
+    """Of the frames of one ingot: variance of the ingots' means over the whole variance, each about its kind's mean."""
+    kinds = [[row["log_odds"][label] for row in rows if label in row["log_odds"]] for label in ("top", "bottom")]
+    between, within = 0.0, 0.0
+    for ingots in kinds:
+        counts, means, deviations = np.array(ingots).reshape(-1, 3).T
+        middle = float(counts @ means / max(counts.sum(), 1))
+        between += float(counts @ (means - middle) ** 2)
+        within += float(counts @ deviations**2)
+    return round(between / (between + within), 3) if between + within else None
 
 
 def _of_lines(rows):
@@ -97,6 +114,7 @@ def _of(rows):
         "frames": frames,
         "frames_right": round(sum(row["frames_right"] for row in rows) / frames, 4),
         "frames_wrong_expected": round(sum(row["frames_wrong_expected"] for row in rows) / frames, 4),
+        "correlation": _correlation(rows),
         "ingots": len(ingots),
         "median_frames_until_decided": statistics.median(until) if until else None,
         "decided_within_10": sum(frames <= EARLY_FRAMES for frames in until),

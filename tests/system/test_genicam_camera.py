@@ -80,8 +80,9 @@ def test_two_cameras_make_pairs(partner):
     )
     with gige_camera(), GenicamSource(settings, 20_000) as source:
         pairs = list(frames_of(source, 6))
-    assert len(pairs) > 60
-    assert max(abs(pair.left_us - pair.right_us) for pair in pairs) < 80_000  # they run freely, at a period of 40 ms
+    apart_us = [abs(pair.left_us - pair.right_us) for pair in pairs]
+    assert apart_us[0] < 25_000  # they run freely, at a period of 40 ms; none is left from before both had begun
+    assert sum(apart < 25_000 for apart in apart_us) > 60  # `liveness` rejects a pair that a stall has put out of step
     assert [pair.sequence for pair in pairs] == sorted({pair.sequence for pair in pairs})
     assert all(0 <= time.monotonic() - pair.exposed_monotonic_s < 10 for pair in pairs)
 

@@ -165,6 +165,11 @@ class Device:
             if time.monotonic() > until_s:
                 raise CameraError(f"{self._name} sends no picture within {FIRST_TIME_S:g} s; check trigger and cable")
 
+    def discard_waiting(self) -> None:
+        """Count and discard the pictures that have come and were not asked for; raises `CameraError`; see `take`."""
+        for _ in range(BUFFERS):
+            self.take(0.0)
+
     def set_exposure(self, exposure_us: float) -> None:
         """Have the next pictures exposed for another time; a camera that is gone says so by its pictures."""
         try:

@@ -40,6 +40,8 @@ class GenicamSource:
             _fire(self._devices, self._settings, opened)
             for device in self._devices:
                 device.wait_for_first()
+            for device in self._devices:  # what the left one sent meanwhile would be paired with the right one's newest
+                device.discard_waiting()
             self._close = opened.pop_all()
         self._pairing = Pairing(self._in_step_s, same_sequence=False)
         return self

@@ -112,7 +112,7 @@ def _mould(rng: Rng) -> Light:
 
 
 def _scratches(rng: Rng) -> Light:
-    """Height of furrows between the two lips that they threw up."""
+    """Height of furrows, 0.01 to 0.06 deep, between the two lips that they threw up."""
     height = np.zeros(SHAPE, np.float32)
     turn = rng.uniform(0, 2 * np.pi)
     for _ in range(int(rng.integers(0, 12))):
@@ -127,7 +127,7 @@ def _scratches(rng: Rng) -> Light:
 
 
 def _dents(rng: Rng) -> Light:
-    """Height of the hollows that tongs and chains press."""
+    """Height of the hollows that tongs and chains press, 0.01 to 0.07 deep and 0.02 to 0.12 of the radius wide."""
     height = np.zeros(SHAPE, np.float32)
     for _ in range(int(rng.integers(0, 5))):
         x, y = rng.uniform(-0.8, 0.8, 2)

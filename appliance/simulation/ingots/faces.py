@@ -74,7 +74,13 @@ TYPICAL: dict[Label, Looks] = {
 
 
 def random_looks(label: Label, rng: Rng) -> Looks:
-    """What faces of one kind differ in; a part of both kinds is hard to tell from the other."""
+    """What faces of one kind differ in; a part of both kinds is hard to tell from the other.
+
+    Tops have 3 to 11 wrinkles across, of a contrast of 15 to 45 %, of faint ones 7 to 15 %, a relief of up to 20 %, a
+    rim of 5 to 28 % of the radius and a recess of up to 25 %. Bottoms have a rim of 3 to 25 % and a recess of -3 to
+    6 %, those with scale of up to 15 %; flakes of 20 to 45 % then cover 8 to 40 %, else those of 5 to 25 % up to 5
+    (tops: 6) %. Mottling is 1 to 6 %; there are up to 1 scratch on tops and 5 on bottoms.
+    """
     if label == "top":
         faint = rng.random() < SHARE_OF_FAINT_TOPS
         return Looks(
@@ -169,7 +175,10 @@ def _reaction(number: float, rng: Rng) -> Light:
 
 
 def _labyrinth(number: float, rng: Rng) -> Light:
-    """Noise of one wave length, its slopes made steep, scaled to 0 to 1."""
+    """Noise of one wave length, its slopes made steep by 0.8 to 2.5, scaled to 0 to 1.
+
+    The amplitude of waves falls to 1/e 15 to 40 % of their number beside it.
+    """
     spectrum = np.fft.rfft2(rng.standard_normal((FACE_CELLS, FACE_CELLS)))
     rate = np.hypot(np.fft.fftfreq(FACE_CELLS)[:, None], np.fft.rfftfreq(FACE_CELLS)[None, :]) * FACE_CELLS
     spectrum *= np.exp(-(((rate - number) / (rng.uniform(0.15, 0.4) * number)) ** 2))

@@ -46,7 +46,8 @@ def draw(camera: TrueCamera, rays: Light, rng: Rng, *, radius_mm: float, brightn
     radius_mm : float
         Of the usual ingot.
     brightness : float
-        Of the lamps: 1 lets a roller send 4 % of full scale.
+        Of the lamps: 1 lets a roller send 4 % of full scale, the dark hall 5 to 25 % of that, the floor 10 to 45 % of
+        it more, and the frame beside the line 60 to 140 %.
     blur : Blur
     """
     texture = _texture(rng)
@@ -118,7 +119,11 @@ def _rollers(y: Light, rng: Rng) -> Light:
 
 
 def _post(reflectance: Light, camera: TrueCamera, beside_mm: float, rng: Rng) -> None:
-    """An upright post or box beside the line."""
+    """An upright post or box 150 to 2500 mm beside the line, 60 to 350 mm wide and 300 to 2500 mm high.
+
+    It reaches 600 mm below the rollers' tops and sends 5 to 50 % of what a roller does. One with a corner 10,000 px
+    from the picture or further is left out: OpenCV's fixed-point numbers end at 32,767 px.
+    """
     x = rng.choice([-1, 1]) * (beside_mm + rng.uniform(150, 2500))
     y = rng.uniform(-8000, 3000)
     height, width = rng.uniform(300, 2500), rng.uniform(60, 350)
@@ -130,7 +135,7 @@ def _post(reflectance: Light, camera: TrueCamera, beside_mm: float, rng: Rng) ->
 
 
 def _shine(x: Light, y: Light, half_width_mm: float, rng: Rng) -> Light:
-    """A lamp's small weak reflection on the line."""
+    """A lamp's weak reflection on the line: 30 to 120 mm beside, 80 to 300 mm along, 3 to 12 % of full scale."""
     place = rng.uniform(-1, 1) * half_width_mm, rng.uniform(-2500, 2500)
     size = rng.uniform(30, 120), rng.uniform(80, 300)
     blob = np.exp(-((((x - place[0]) / size[0]) ** 2 + ((y - place[1]) / size[1]) ** 2) ** 2))

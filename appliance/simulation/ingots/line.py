@@ -111,7 +111,10 @@ class IngotLine:
     gain: float = 1.0
 
     def ingot(self, label: Label, rng: Rng, looks: Looks | None = None) -> Ingot:
-        """An ingot of this line, with a pattern of its own."""
+        """An ingot of this line, with a pattern of its own.
+
+        Its radius differs by up to 3 %, its length by up to 10 %, and its side sends 75 to 102 % of its end's light.
+        """
         return Ingot(
             label,
             self.radius_mm * rng.uniform(0.97, 1.03),
@@ -183,7 +186,15 @@ class IngotLine:
 
 
 def random_line(seed: int, habits: Habits, image_size: tuple[int, int] = IMAGE_SIZE) -> IngotLine:
-    """The line that belongs to a seed; habits that differ in drift change its exposure, nothing else changes."""
+    """The line that belongs to a seed; habits that differ in drift change its exposure, nothing else changes.
+
+    Ingots have a radius of 170 to 330 mm and are set down 22 to 42 radii from the camera, which looks down by 13 to 25
+    degrees; they travel 10 to 20 % of that distance, and their body shows above the end by 30 to 85 % of the
+    diameter. They are of 1030 to 1180 degrees C, and the hottest sends 60 to 92 % of full scale in red. The lamps'
+    brightness is 0.4 to 2.5, the veil 0.3 to 3 %, k1 -0.06 to 0.02. The picture shakes by up to 0.3 px, its blur is
+    0.7 to 1.5 px with a halo of 3 to 8 px and 0.5 to 3 %, it blooms by 0.5 to 4 %, and is coded with a JPEG quality
+    of 78 to 95.
+    """
     rng = np.random.default_rng([seed, 0x696E])
     columns, rows = image_size
     radius_mm = rng.uniform(170, 330)

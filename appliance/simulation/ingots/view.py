@@ -68,7 +68,10 @@ class LineView:
         return cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, self.line.quality])[1].tobytes()
 
     def colour(self, sight: Sight) -> Light:
-        """Linear light, blue-green-red, of an ingot of relative light 1, before the exposure."""
+        """Linear light, blue-green-red, of an ingot of relative light 1, before the exposure.
+
+        Its own, and 1 % of full scale that it reflects where the lamps' brightness is 1.
+        """
         glowing = levels(sight.ingot.temperature_c) * sight.heating * self.line.white
         return (glowing + 0.01 * self.line.brightness).astype(np.float32)
 

@@ -62,6 +62,17 @@ def test_pictures_that_are_too_far_apart_wait_until_no_nearer_partner_can_come()
     assert pair.left_us - pair.right_us == 30_000
 
 
+def test_a_right_picture_waits_for_the_left_one_that_was_exposed_just_after_it():
+    pairing = Pairing(0.01, same_sequence=False)
+    pairing.add(0, exposure(5))
+    pairing.add(1, exposure(6, shift_s=-0.02))
+    assert pairing.newest_pair() is None
+    pairing.add(0, exposure(6))
+    pairing.add(1, exposure(7, shift_s=-0.02))
+    pair = pairing.newest_pair()
+    assert (pair.left[0, 0], pair.left_us - pair.right_us) == (6, 20_000)
+
+
 def test_a_camera_that_waits_for_ever_keeps_only_a_few_pictures():
     pairing = Pairing(0.001, same_sequence=False)
     for number in range(200):

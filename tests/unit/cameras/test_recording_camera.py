@@ -281,6 +281,13 @@ def test_videos_of_different_length_are_refused(tmp_path):
         Recording(write_videos(tmp_path, (5, 4)))
 
 
+def test_of_two_videos_of_a_side_both_are_named(tmp_path):
+    for name in ("left.mp4", "left.avi", "right.mp4"):
+        (tmp_path / name).write_bytes(b"")
+    with pytest.raises(CameraError, match=r"more than one left video \(left\.\w+, left\.\w+\); remove all but one"):
+        Recording(tmp_path)
+
+
 def test_a_video_that_cannot_be_opened_is_named(tmp_path):
     write_videos(tmp_path, (3, 3))
     (tmp_path / "right.avi").write_bytes(b"nothing")

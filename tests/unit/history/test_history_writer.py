@@ -150,6 +150,14 @@ def test_a_file_overwritten_while_it_is_open_is_kept_beside_a_fresh_one(made, tm
     assert len(list(tmp_path.glob("history.damaged-*.db"))) == 1
 
 
+def test_a_file_that_cannot_be_read_is_no_whole_database(made, tmp_path):
+    one = made()
+    assert eventually(lambda: database.is_whole(tmp_path / database.FILE_NAME), 5)
+    one.stop()
+    assert not database.is_whole(tmp_path / "gone.db")
+    assert not database.is_whole(tmp_path), "a folder"
+
+
 def test_a_file_that_is_damaged_inside_is_set_aside_at_the_start(made, tmp_path):
     file = tmp_path / database.FILE_NAME
     connection = database.open_to_write(file)

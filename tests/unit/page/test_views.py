@@ -6,9 +6,11 @@ import pytest
 
 from appliance.page.commissioning import CommissioningError
 from appliance.page.texts import Texts
-from appliance.page.views import cameras
+from appliance.page.views import cameras, line
 from appliance.page.views.commission import act
 from appliance.page.views.line import _ADVICE, DECISION_MARKS, _judged
+from appliance.page.watch import Watch
+from plc.poll import Place
 
 WATCH = SimpleNamespace(wanted=lambda _: None)
 
@@ -18,6 +20,13 @@ def test_without_a_decision_none_is_shown_and_never_in(served, shown):
     snapshot = SimpleNamespace(values=dict.fromkeys(_ADVICE) | {"decision": served})
     judged = _judged(WATCH, snapshot)
     assert (judged["decision"], judged["mark"]) == (shown, DECISION_MARKS[shown])
+
+
+def test_a_gauge_that_was_never_read_is_shown_as_lost_and_not_as_one_without_alarms():
+    parts = SimpleNamespace(watch=Watch(Place("127.0.0.1", 5020)), previews=SimpleNamespace(address=lambda *_: None))
+    shown = line.values(parts, Texts("en"), SimpleNamespace(may=lambda _: False))
+    assert not shown["gauge"]
+    assert (shown["size"]["valid"], shown["health"]["state"], shown["alarms"]) == (False, 4, [])
 
 
 def test_without_a_gauge_there_is_no_decision_and_nothing_wanted():

@@ -1,6 +1,7 @@
 """`reproduce`: results are kept as they come, an interruption loses none, and the report holds what was found."""
 
 import json
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -10,10 +11,11 @@ from appliance.cli.main import main
 from appliance.reproduction import run
 from appliance.reproduction.experiment import number
 from appliance.reproduction.false_edges import _counted
+from appliance.reproduction.ingots import PRINTED_SIMILARITY, IngotEnds, _verdict
 from appliance.reproduction.registration import _error_px
 from appliance.reproduction.run import ReproductionError, experiments, reproduce
 from appliance.reproduction.sampling import mean_with_error, rms_with_error, share, verdict
-from appliance.reproduction.thermal import Thermal
+from appliance.reproduction.thermal import DIAMETER_MM, Thermal
 
 
 @pytest.fixture
@@ -67,6 +69,15 @@ def test_cases_can_be_written_and_differ(experiment, quick):
     assert [json.loads(key) for key in keys] == experiment.cases(quick=quick)
 
 
+@pytest.mark.parametrize(("quick", "videos"), [(True, [2, 2]), (False, [4, 12])])
+def test_half_of_the_videos_of_ingots_show_tops(quick, videos):
+    """4 and 12 videos, section 6.5; quick: one of each kind."""
+    cases = IngotEnds().cases(quick=quick)
+    for part, count in enumerate(videos):
+        labels = [case["label"] for case in cases if case["set"] == part]
+        assert Counter(labels) == {"top": count / 2, "bottom": count / 2}
+
+
 def test_recorded_ingots_join_where_recordings_are_given(recordings):
     ingots = experiments(recordings)[-1]
     assert {case["set"] for case in ingots.cases(quick=True)} == {0, 1, "ingot_line", "ingot_line_b"}
@@ -80,6 +91,24 @@ def test_the_thermal_table_stands_beside_the_published_one():
     table = experiment.section([(case, result)]).tables[0]
     assert [row[1] for row in table.rows] == ["1.11", "1.03", "2.09", "0.87", "-"]  # table 3.1 of the dissertation
     assert all(abs(float(row[5].split(" ")[0])) < 8 for row in table.rows)
+
+
+def test_printed_similarities_and_the_thermal_bar_are_those_of_the_dissertation():
+    assert DIAMETER_MM == 165  # mm, section 3.4
+    table_6_1 = """
+        bottom-1 0.6905 0.3667 0.5562
+        bottom-2 0.5934 0.4036 0.4976
+        top-1 0.7985 0.5517 0.7139
+        top-2 0.9021 0.6802 0.7901
+    """
+    rows = [line.split() for line in table_6_1.split("\n") if line.strip()]
+    assert {name: tuple(map(float, values)) for name, *values in rows} == PRINTED_SIMILARITY
+
+
+@pytest.mark.parametrize(("similar", "label"), [((0.9, 0.2), "top"), ((0.2, 0.9), "bottom")])
+def test_each_classifier_judges_an_end_by_its_own_figures(similar, label):
+    end = ["top", *similar, "unknown"]
+    assert [_verdict(end, name) for name in ("single", "dual", "relief")] == [label, label, "unknown"]
 
 
 def test_sampling_errors_are_those_of_the_textbooks():

@@ -19,6 +19,12 @@ def commands(monkeypatch) -> list[tuple[str, ...]]:
     return run
 
 
+def test_users_and_folders_are_made_from_the_files_that_say_which(commands):
+    list(setting_up.install(Path("/")))
+    assert ("systemd-sysusers", "/etc/sysusers.d/hotgauge.conf") in commands
+    assert ("systemd-tmpfiles", "--create", "/etc/tmpfiles.d/hotgauge.conf") in commands
+
+
 @pytest.mark.parametrize("unit", ["hotgauge.service", "hotgauge-page.service"])
 def test_a_unit_that_runs_is_started_anew_after_systemd_has_read_its_file(commands, unit):
     said = list(setting_up.install(Path("/")))

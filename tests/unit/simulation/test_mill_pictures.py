@@ -70,7 +70,7 @@ def test_light_rises_with_temperature_as_planck_says():
 def test_bars_come_and_go_and_change_and_drift_slowly():
     line = [bar_at(1, frame) for frame in range(12 * bars.FRAMES_PER_BAR)]
     shown = [bar for bar in line if bar]
-    assert len(line) - len(shown) == 11 * bars.GAP_FRAMES + bars.FRAMES_PER_BAR  # with one pause
+    assert len(line) - len(shown) == 11 * 0.2 * 25 + bars.FRAMES_PER_BAR  # with one pause
     assert len({bar.diameter_mm for bar in shown}) == 12
     for before, after in itertools.pairwise(line):
         if before and after:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from appliance.simulation.bars.bars import Bar
+from appliance.simulation.foreign_thermal_line import ForeignThermalLine
 from appliance.simulation.sensor import Blur
 from appliance.simulation.thermal_line import (
     FADING_PER_M,
@@ -53,6 +54,15 @@ def test_inner_faces_are_the_stated_spacing_apart(roll_deg):
         light, y = light_at(line, side * 250.0, STATIONS, 0.0)
         floor = FLOOR * (1 - FADING_PER_M * y / 1000)
         assert light == pytest.approx(TOP / 2 + floor - FLOOR / 2, abs=0.006)
+
+
+def test_rollers_lie_as_far_apart_as_stated_from_one_end_of_the_picture_to_the_other():
+    line = ForeignThermalLine(thermal_camera(), blur=SHARP, roller_pitch_mm=250.0, roller_mm=150.0)
+    y = np.arange(700.0, -705.0, -5.0)[:, None] + np.array([0.0, 0.01, 0.02])
+    place = np.mod(y, 250)
+    on_roller = line._on_roller(y)
+    assert on_roller[(place > 30) & (place < 120)] == pytest.approx(1, abs=1e-3)
+    assert on_roller[(place > 180) & (place < 220)] == pytest.approx(0, abs=1e-3)
 
 
 def test_a_warped_barrier_is_a_wave_and_the_other_stays_straight():

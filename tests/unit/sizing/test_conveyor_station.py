@@ -17,7 +17,7 @@ from appliance.simulation.bars.bars import Bar, bar_at
 from appliance.simulation.thermal_line import ThermalLine, thermal_camera
 from appliance.simulation.write_recording import write_thermal_recording
 from appliance.sizing import station as sizing
-from appliance.sizing.conveyor.settings import ConveyorSettings
+from appliance.sizing.conveyor.settings import ConveyorLine, ConveyorSettings
 from appliance.sizing.message import ReadingMessage
 from appliance.sizing.published import PUBLISHED
 from vision.reasons import Reason
@@ -26,6 +26,14 @@ BAR = Bar(165.0, 20.0, 0.0)
 LINE = ThermalLine(thermal_camera(), bar=BAR, seed=3)
 LENGTHS = {"barrier_mm": 500.0, "barrier_height_mm": 100.0}
 LATE = {"lost_after_ms": 100}
+
+
+def test_columns_of_barriers_are_two_from_left_to_right_or_none():
+    for columns in ([], [120.0, 480.0]):
+        assert ConveyorLine(barrier_mm=500.0, near_columns=columns).near_columns == columns
+    for columns in ([480.0, 120.0], [120.0], [120.0, 300.0, 480.0]):
+        with pytest.raises(ValueError, match="two columns are wanted"):
+            ConveyorLine(barrier_mm=500.0, near_columns=columns)
 
 
 @pytest.fixture

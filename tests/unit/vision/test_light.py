@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vision.light import decoding_table
+from vision.light import UNKNOWN_RESPONSE, decoding_table
 
 
 @pytest.mark.parametrize("response", ["srgb", "linear", "gamma 2.2"])
@@ -18,6 +18,11 @@ def test_decoding_runs_from_black_to_full_scale_without_a_step_back(response):
 def test_srgb_decodes_the_published_mid_grey():
     # 18 % grey is code 117.6 in sRGB
     assert np.interp(117.6, np.arange(256), decoding_table("srgb")) == pytest.approx(0.18, abs=0.001)
+
+
+def test_a_curve_moves_by_the_changes_of_its_parameters():
+    moved = UNKNOWN_RESPONSE.moved(np.array([0.2, 0.01, -0.05]))
+    assert (moved.exponent, moved.offset, moved.shoulder) == pytest.approx((2.1, 0.04, 0.05))
 
 
 def test_a_power_law_is_inverted():

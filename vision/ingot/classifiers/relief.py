@@ -96,14 +96,12 @@ def _convolved(values: Plane, weights: Plane, bias: Plane) -> Plane:
     side, size = len(weights), len(values)
     padding = max((-(-size // STRIDE) - 1) * STRIDE + side - size, 0)
     before = padding // 2
-    padded = np.zeros(
-        (size + padding, size + padding, values.shape[2]), np.float32
-    )  # numpy's pad takes ten times longer
-    padded[before : before + size, before : before + size] = values
-    around = np.lib.stride_tricks.sliding_window_view(padded, (side, side), axis=(0, 1))[::STRIDE, ::STRIDE]
-    kernels = np.ascontiguousarray(weights.transpose(2, 0, 1, 3)).reshape(-1, weights.shape[-1])
+    values = np.pad(values, ((before, padding - before), (before, padding - before), (0, 0)))
+    lines = values.reshape(len(values), -1)  # so that a kernel's row is one run of numbers
+    channels = values.shape[2]
+    around = np.lib.stride_tricks.sliding_window_view(lines, (side, side * channels))[::STRIDE, :: STRIDE * channels]
     rows, columns = around.shape[:2]
-    flat = around.reshape(rows * columns, -1) @ kernels + bias
+    flat = around.reshape(rows * columns, -1) @ weights.reshape(-1, weights.shape[-1]) + bias
     return np.maximum(flat, 0).reshape(rows, columns, -1)
 
 

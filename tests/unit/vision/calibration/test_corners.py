@@ -46,6 +46,13 @@ def test_corners_are_found_in_their_order_to_three_hundredths_of_a_pixel(to_pict
     assert np.sqrt(np.mean(errors**2)) < 0.03
 
 
+def test_a_mirrored_picture_gives_the_mirrored_corners():
+    """Rows and columns are treated alike, under noise as well."""
+    picture, rough = draw(SLANTED, noise=6.0).astype(np.float32), np.round(true_corners(SLANTED))
+    mirrored = corners._refined(np.ascontiguousarray(picture.T), rough[:, ::-1], BOARD)
+    assert mirrored[:, ::-1] == pytest.approx(corners._refined(picture, rough, BOARD), abs=2e-3)
+
+
 def test_colour_pictures_give_the_same_corners():
     grey = draw(STRAIGHT)
     colour = find_corners(np.repeat(grey[:, :, None], 3, axis=2), BOARD).corners_px

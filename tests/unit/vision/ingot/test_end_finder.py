@@ -24,6 +24,13 @@ def assert_is_at(end, x, y, radius, within=1.0):
     assert (end.center_x, end.center_y, end.radius) == pytest.approx((x, y, radius), abs=within)
 
 
+def test_a_box_holds_its_first_column_and_row_and_ends_before_the_last_ones():
+    box = Box(10, 20, 5, 4)
+    assert box.holds(10, 20)
+    assert box.holds(14.9, 23.9)
+    assert not any(box.holds(x, y) for x, y in ((9.9, 22), (15, 22), (12, 19.9), (12, 24)))
+
+
 @pytest.mark.parametrize("seed", range(12))
 def test_an_end_is_found_where_it_was_drawn(finder, seed):
     rng = np.random.default_rng(seed)

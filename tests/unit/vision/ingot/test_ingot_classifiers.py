@@ -11,6 +11,7 @@ from appliance.cameras.recording.picture_file import read_picture
 from appliance.comparison.confusion import Confusion
 from appliance.ingot.reader_setup import load_view, make_reader
 from appliance.ingot.settings import ComparisonSettings, IngotSettings
+from vision.ingot.classifiers import wrinkles
 from vision.ingot.classifiers.classifier import Face
 from vision.ingot.classifiers.similarity import (
     ONES,
@@ -33,6 +34,15 @@ MARGIN = 5
 def face(seed, mean=128, spread=40):
     smooth = gaussian_filter(np.random.default_rng(seed).standard_normal((64, 64)), 2)
     return np.clip(mean + spread * smooth / smooth.std(), 0, 255).astype(np.uint8)
+
+
+def test_wrinkles_agree_in_direction_alike_whichever_way_the_face_lies():
+    """A mirrored face is as coherent; stripes are wholly so and noise is hardly."""
+    noise = face(3).astype(np.float32)
+    stripes = np.tile(128 + 40 * np.sin(np.arange(64, dtype=np.float32)), (64, 1))
+    assert wrinkles._coherence(noise.T.copy()) == pytest.approx(wrinkles._coherence(noise), rel=1e-4)
+    assert wrinkles._coherence(stripes) == pytest.approx(1, abs=0.02)
+    assert wrinkles._coherence(noise) < 0.8
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -1,9 +1,13 @@
 """The forest's walk against a plain one node by node, in pictures and in parts of them."""
 
+import threading
+
+import cv2
 import numpy as np
 import pytest
 from random_forests import random_forest, random_picture
 
+from vision.edges.forest import channels
 from vision.edges.forest.features import REGULAR_FEATURES, places_along
 from vision.edges.forest.inference import EdgeDetector
 from vision.edges.forest.model import StructuredForest
@@ -106,6 +110,19 @@ def test_many_rows_move_through_the_workspace_with_the_same_bits(forest, monkeyp
     assert np.array_equal(EdgeDetector(forest, threads=1).strength(picture), at_once)
 
 
+@pytest.mark.parametrize(("threads", "pooled"), [(1, False), (2, True)])
+def test_threads_of_its_own_work_where_more_than_one_is_allowed(forest, monkeypatch, threads, pooled):
+    detector, seen, fill = EdgeDetector(forest, threads), [], EdgeDetector._fill
+
+    def filled(self, *words):
+        seen.append(threading.current_thread().name)
+        return fill(self, *words)
+
+    monkeypatch.setattr(EdgeDetector, "_fill", filled)
+    detector.strength(np.zeros((400, 400), np.float32))
+    assert [name.startswith("edges") for name in seen] == [pooled] * threads
+
+
 def test_memory_of_an_earlier_picture_leaves_no_trace(forest):
     detector = EdgeDetector(forest, threads=1)
     picture, other = random_picture(150, 200, seed=1), random_picture(150, 200, seed=2)
@@ -178,3 +195,13 @@ def test_no_region_gives_nothing_and_no_threads_are_refused(forest):
     assert EdgeDetector(forest).strength_in(np.zeros((64, 64), np.float32), []) == []
     with pytest.raises(ValueError, match="threads"):
         EdgeDetector(forest, threads=0)
+
+
+def test_the_light_smoothing_is_the_small_binomial_filter_with_reflected_borders():
+    picture = random_picture(channels.RING, 23, seed=4, colours=1)
+    binomial = np.array([0.25, 0.5, 0.25])
+    expected = cv2.sepFilter2D(picture, -1, binomial, binomial, borderType=cv2.BORDER_REFLECT_101)
+    smoothed = np.empty(23, np.float32)
+    for row, wanted in enumerate(expected):
+        channels._lightly_smoothed_row(picture, row, len(picture), np.full(40, np.nan, np.float32), smoothed)
+        assert smoothed == pytest.approx(wanted, abs=1e-6), row

@@ -128,6 +128,10 @@ def test_a_truncated_file_a_bare_array_and_another_format_are_refused(forest, tm
     np.savez(path, **(arrays | {"trees_evaluated": np.int32(4), "format": np.int32(99)}))
     with pytest.raises(ValueError, match="format 99"):
         StructuredForest.load(path)
+    for wrong in ({"format": np.ones(2, np.int32)}, {"trees_evaluated": np.float64(4)}):
+        np.savez(path, **(arrays | {"trees_evaluated": np.int32(4), "format": np.int32(1)} | wrong))
+        with pytest.raises(ValueError, match="its numbers are no numbers"):
+            StructuredForest.load(path)
     with pytest.raises(FileNotFoundError):
         StructuredForest.load(tmp_path / "nothing.npz")
 

@@ -12,6 +12,7 @@ from appliance.simulation.bars.bars import Bar
 from appliance.simulation.foreign_thermal_line import random_foreign_thermal_line
 from appliance.simulation.thermal_line import ThermalLine, thermal_camera
 from vision.reasons import Reason
+from vision.sizing.conveyor.barrier_faces import fitted_feet
 from vision.sizing.conveyor.barriers import Barriers, find_barriers
 from vision.sizing.conveyor.beside_rollers import crossings_beside_rollers
 from vision.sizing.conveyor.camera_view import ConveyorReference
@@ -66,7 +67,23 @@ def test_the_user_s_columns_choose_between_two_pairs_that_look_like_barriers(two
 
 
 def test_columns_at_which_no_barrier_stands_give_no_barriers(two_pairs):
-    assert find_barriers(two_pairs[0].astype(np.float32) / 255, (320.0, 420.0)) is Reason.BARRIER_HIDDEN
+    light = two_pairs[0].astype(np.float32) / 255
+    assert find_barriers(light, (320.0, 420.0)) is Reason.BARRIER_HIDDEN
+    left, right = inner_columns(LINE)
+    assert isinstance(find_barriers(light, (left + 17, right)), Barriers), "up to 20 px off"
+    assert find_barriers(light, (left + 23, right)) is Reason.BARRIER_HIDDEN
+
+
+def test_the_width_of_faces_is_doubted_where_it_is_fitted_and_not_where_it_is_told():
+    barriers = find_barriers(LINE.pictures(1, 0)[0].astype(np.float32) / 255)
+    part = LINE.height_mm / (np.linalg.norm(LINE.camera.centre_mm) - LINE.height_mm)
+    told, fitted = (fitted_feet(barriers, part, 0.0, 0.01, free=free) for free in (False, True))
+    assert (told.part, told.u_part) == (pytest.approx(part), 0)
+    assert fitted.part == pytest.approx(part, rel=0.1), "faces of walls are fitted 1 to 8 % too narrow"
+    assert 0 < fitted.u_part < 0.05
+    for feet in (told, fitted):
+        columns = feet.lines @ [(SIZE[0] - 1) / 2, 1]
+        assert columns == pytest.approx(inner_columns(LINE), abs=1.0)
 
 
 def test_the_command_measures_between_the_barriers_that_the_user_names(two_pairs, tmp_path):
@@ -125,6 +142,16 @@ def test_a_lens_that_bends_nothing_is_left_alone():
     assert found.lens == Lens()
     wave = [np.column_stack([100 + 3 * np.sin(np.arange(0.0, 480, 20) / 40), np.arange(0.0, 480, 20)])] * 2
     assert plumb_line(wave, SIZE) == Lens(), "no lens makes a wave straight"
+
+
+@pytest.mark.parametrize(("wave_px", "believed"), [(0.3, True), (1.0, False)])
+def test_a_lens_is_believed_if_it_makes_lines_twice_as_straight(wave_px, believed):
+    """Lines that a lens bends by 0.78 px RMS, under a wave that it cannot explain: straighter by 3.8 and by 1.5."""
+    y = np.arange(0.0, 480, 5)
+    wave = np.column_stack([wave_px * np.sin(y / 7), 0 * y])
+    lines = [ideal_points(np.column_stack([m * y + c, y]), -0.03, SIZE) + wave for m, c in ((0.12, 150), (-0.1, 500))]
+    found = plumb_line(lines, SIZE)
+    assert found.bending == pytest.approx(0.03 if believed else 0, abs=0.002)
 
 
 def test_what_the_plumb_line_leaves_open_is_in_the_uncertainty():

@@ -7,6 +7,7 @@ import pytest
 from tangent_rays import CAMERAS, FOCAL_PX, RADIUS, START, TRUTH, X0, Z0, tangent_rays
 
 from vision.geometry.consensus_line import consensus_line
+from vision.sizing.tangent import cylinder_steps
 from vision.sizing.tangent.cylinder_fit import fit_cylinder, tangent_distance_mm, touched_points
 from vision.sizing.tangent.tangent_planes import TangentPlane, rough_cylinder
 
@@ -22,6 +23,12 @@ def test_rays_of_a_single_window_say_nothing_of_their_scatter(windows, known):
     fit = fit_cylinder(replace(rays, window=rays.window * windows // (rays.window.max() + 1)), START)
     assert fit is not None
     assert np.isfinite(fit.u_diameter_mm) == known
+
+
+def test_the_narrowest_scale_of_the_weights_is_the_noise_of_neighbours():
+    residual_px = np.random.default_rng(5).normal(0, 0.4, 4000)
+    near = np.arange(4000) < 4000 - cylinder_steps.LAG_POINTS
+    assert cylinder_steps._narrowed_px(residual_px, near, 30, np.empty(4000)) == pytest.approx(0.4, rel=0.08)
 
 
 def test_derivatives_are_those_of_the_gap():

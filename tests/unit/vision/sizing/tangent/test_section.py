@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vision.sizing.tangent.bent_cylinder import fit_bent_cylinder
+from vision.sizing.tangent.bent_cylinder import Bow, fit_bent_cylinder
 from vision.sizing.tangent.cylinder_fit import EdgeRays
 from vision.sizing.tangent.edge_points import EdgePoints
 from vision.sizing.tangent.section import section_view
@@ -106,6 +106,14 @@ def test_a_bowed_axis_is_measured_and_leaves_the_diameter_alone(bow_per_mm):
     bent, _ = fitted(bow_per_mm=bow_per_mm, noise_px=0.1)
     assert abs(bent.bow.per_mm - bow_per_mm) < 4 * bent.bow.u_per_mm < 3e-6
     assert bent.fit.diameter_mm == pytest.approx(2 * RADIUS, abs=0.02)
+
+
+def test_a_bow_is_one_from_four_uncertainties_and_a_twentieth_of_a_millimetre_on():
+    """Over 250 mm to either side, 3.2e-6 per mm is 0.1 mm."""
+    assert Bow(4.5e-6, 1e-6).clear(250.0)
+    assert not Bow(3.5e-6, 1e-6).clear(250.0)
+    assert Bow(1.7e-6, 1e-9).clear(250.0)
+    assert not Bow(1.5e-6, 1e-9).clear(250.0)
 
 
 def test_a_straight_axis_has_no_bow_beyond_its_noise():

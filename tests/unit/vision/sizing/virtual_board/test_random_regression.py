@@ -1,5 +1,7 @@
 """Algorithms 8, 9 and 10 on boundaries that are drawn by hand."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.cluster.vq import kmeans2
@@ -9,6 +11,8 @@ from vision.edges.binary import denoised
 from vision.edges.operators import detect_edges
 from vision.edges.thinning import ridges
 from vision.geometry.robust_line import robust_line
+from vision.sizing.virtual_board import aligned_pair
+from vision.sizing.virtual_board.aligned_pair import AlignedPair
 from vision.sizing.virtual_board.boundaries_of_interest import boundaries_of_interest, hot_mask
 from vision.sizing.virtual_board.parameters import PRINTED_PARAMETERS, SERVED_PARAMETERS, Parameters
 from vision.sizing.virtual_board.random_regression import WindowPoints, random_regression, two_sides, windowed
@@ -184,3 +188,20 @@ def test_a_third_of_the_points_may_be_off_a_robust_line():
     slope, start = robust_line(row, column)
     assert slope == pytest.approx(0.01, abs=0.003)
     assert start == pytest.approx(20.0, abs=0.1)
+
+
+def test_the_width_of_a_window_is_the_mean_over_its_own_rows(monkeypatch):
+    """A region of 60 rows and 100 columns in three windows; the second edge moves away by a tenth of a column a row."""
+    lines = {"first": lambda rows: 0 * rows, "second": lambda rows: 10 + 0.1 * rows}
+    monkeypatch.setattr(
+        aligned_pair,
+        "random_regression",
+        lambda side, *_: SimpleNamespace(at=lambda rows: lines[side.name](rows)[:, None]),
+    )
+    sides = [SimpleNamespace(name=name, row=[()] * 3) for name in lines]
+    region = np.zeros((60, 100))
+    alignment = SimpleNamespace(left=region, right=region, to_plane=lambda _: np.diag([0.5, 0.5, 1.0]))
+    height = SimpleNamespace(height_mm=0.0)
+    pair = AlignedPair(alignment, height, [SimpleNamespace(sides=sides)], SimpleNamespace())
+    width_mm = pair.sampled_widths_mm(0, SERVED_PARAMETERS, RNG)
+    assert width_mm[:, 0] == pytest.approx(0.5 * (10 + 0.1 * np.array([9.5, 29.5, 49.5])))

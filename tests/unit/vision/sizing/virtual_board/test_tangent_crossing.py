@@ -1,9 +1,13 @@
 """The tangents' crossing: the symmetric limit of the source's correction, and the whole model back and forth."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from vision.reasons import Reason
+from vision.sizing.virtual_board.gauge import VirtualBoardGauge
 from vision.sizing.virtual_board.tangent_crossing import solve_section, tangent_cuts
 
 
@@ -25,6 +29,22 @@ def test_two_cameras_alike_see_2_r_cos_b_over_cos_g_on_the_plane_where_the_tange
     assert np.hypot(right[1], plane_mm - R) == pytest.approx(R / np.cos(g), rel=1e-9)
     section = solve_section(cameras_mm, plane_mm, float(right[1] - right[0]), 0.0)
     assert section.radius_mm == pytest.approx(R, abs=1e-6)
+
+
+@pytest.mark.parametrize("step_mm", [1.0, 0.5])
+@pytest.mark.parametrize(("off_px", "doubted"), [(2.8, False), (3.2, True), (-2.8, False), (-3.2, True)])
+def test_widths_that_differ_by_more_than_three_pixels_contradict_a_round_bar(step_mm, off_px, doubted):
+    cameras_mm = np.array([[-900.0, 2800.0], [700.0, 2600.0]])
+    bar = np.array([10.0, 80.0, 80.0])
+    plane_mm = plane_of(cameras_mm, bar)
+    cuts = tangent_cuts(cameras_mm, bar, plane_mm)
+    width = cuts[:, 1] - cuts[:, 0]
+    section = solve_section(cameras_mm, plane_mm, width.mean(), cuts.mean())
+    height = SimpleNamespace(height_mm=plane_mm, quality=SimpleNamespace(percent=100.0))
+    view_mm = width + np.array([off_px, -off_px]) * step_mm / 2
+    gauge = SimpleNamespace(_step_mm=step_mm)
+    reasons = VirtualBoardGauge._reasons_of_section(gauge, section, SimpleNamespace(height=height), view_mm, cameras_mm)
+    assert reasons == (Reason.VIEWS_DISAGREE if doubted else Reason.NONE)
 
 
 def test_any_rig_gives_back_the_bar_that_it_saw():
