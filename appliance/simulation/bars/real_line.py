@@ -145,13 +145,13 @@ def drawn_effects(seed: int) -> tuple[str, ...]:
 def draw_line(seed: int, effects: tuple[str, ...] | None = None) -> Line:
     """The line of a seed, with the effects of `drawn_effects` unless they are given.
 
-    Sizes: exposure of 0.2 to 1 ms at 2 to 8 m/s with a sway of 0.03 to 0.3 mm/ms; the right camera late by 0.2 to
-    1.5 ms while the bar sways with 0.06 to 0.6 mm/ms and hops by 0.4 to 2 mm with 0.05 to 0.4 mm/ms; sways are of 0.5
-    to 4 mm to either side; shimmer of 0.05 to 0.4 px; widths that differ by 0.1 to 0.8 % of the diameter, on sections
-    that stand still or turn by up to 0.5 degrees/ms; 1 to 6 mm of camber over a metre; a camera turned by 0.01 to 0.06
-    degrees about any axis; haze that takes up to 20 % of the light and grows by 1 to 6 % a frame while it drifts by 3
-    to 20 px; a hop of 0.2 to 2 mm; scale over 5 to 30 % of the bar in patches of 15 to 60 mm, 70 to 110 degrees C
-    cooler, on a surface that is uneven by 5 to 20 degrees C.
+    Sizes: exposure of 0.2 to 1 ms at 2 to 8 m/s with a sway of 0.03 to 0.3 mm/ms; the right camera late by 0.2 to 1.5
+    ms while the bar sways with 0.06 to 0.6 mm/ms and hops by 0.4 to 2 mm with 0.05 to 0.4 mm/ms; sways are of 0.5 to
+    4 mm to either side; shimmer of 0.05 to 0.4 px; widths that differ by 0.1 to 0.8 % of the diameter, on sections
+    that stand still or turn by up to 0.5 degrees/ms; 1 to 6 mm of camber over a metre; a camera turned by 0.01 to
+    0.06 degrees about any axis; haze that takes up to 20 % of the light and grows by 1 to 6 % a frame while it drifts
+    by 3 to 20 px, in patches of 40 to 149 px; a hop of 0.2 to 2 mm; scale over 5 to 30 % of the bar in patches of 15
+    to 60 mm, 70 to 110 degrees C cooler, on a surface that is uneven by 5 to 20 degrees C.
 
     Raises
     ------

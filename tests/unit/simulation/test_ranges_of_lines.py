@@ -116,7 +116,7 @@ def oval(line):
 
 def drifting(line):
     haze = line.disturbances[0]
-    return haze.density, haze.growth, haze.drift_px
+    return haze.density, haze.growth, haze.drift_px, haze.cell_px
 
 
 def scale(setup):
@@ -131,7 +131,7 @@ REAL = {
     "oval": (oval, (0.1, -0.5), (0.8, 0.5)),
     "camber": (lambda line: [line.setup.bars[0].camber_mm], [-1], [6]),
     "nudge": (lambda line: np.linalg.norm(*line.nudges.values()), 0.01, 0.06),
-    "haze": (drifting, (0, 0.01, -3), (0.2, 0.06, 20)),
+    "haze": (drifting, (0, 0.01, -3, 40), (0.2, 0.06, 20, 149)),
     "hop": (lambda line: hop(line)[0], 0.2, 2),
     "scale": (lambda line: scale(line.setup), (0.05, 15, 70, 5), (0.3, 60, 110, 20)),
 }
