@@ -13,11 +13,11 @@ EVERY = 4  # frames of the sequence from one picture to the next
 
 
 def ingot_pictures(count: int) -> tuple[OrientationReader, References, list[np.ndarray]]:
-    """A reader, its references, and pictures in which it finds an end."""
+    """A reader, its references, and pictures in which it finds an end, none of which it has judged yet."""
     scene = simulated(1, "mixed", 1)
     pictures = [picture for number, (picture, _) in enumerate(scene.frames) if number % EVERY == 0]
     reader = make_reader(SETTINGS, scene.view, pictures[0])
-    return reader, scene.view.references, [picture for picture in pictures if reader.read(picture).present][:count]
+    return reader, scene.view.references, [picture for picture in pictures if reader._finder.find(picture)[0]][:count]
 
 
 def whole_picture(picture: np.ndarray, references: References) -> list[float]:

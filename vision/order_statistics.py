@@ -7,6 +7,7 @@ import math
 from typing import Any
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -17,16 +18,14 @@ def median(values: Array) -> float:
 
     It is one of numpy's numbers: a share of a median of 0, as of a black background, is infinite and raises nothing.
     """
-    if not values.size:
-        return math.nan
-    low, high, last = (values.size - 1) // 2, values.size // 2, values.size - 1
-    ranked = np.partition(values, (low, high, last), axis=None)  # NaN comes last
-    return math.nan if np.isnan(ranked[last]) else np.float64(0.5 * (ranked[low] + ranked[high]))
+    middle, counted = _middle(_numbers(values))
+    return np.float64(middle) if counted == values.size > 0 else math.nan
 
 
 def median_without_nan(values: Array) -> float:
     """Median of those numbers that are not NaN; NaN without any."""
-    return median(values[~np.isnan(values)])
+    middle, counted = _middle(_numbers(values))
+    return np.float64(middle) if counted else math.nan
 
 
 def column_medians(values: Array) -> Array:
@@ -41,9 +40,61 @@ def column_medians(values: Array) -> Array:
     ndarray of float64, shape (m,)
         NaN for columns with NaN.
     """
-    low, high, last = (len(values) - 1) // 2, len(values) // 2, len(values) - 1
-    ranked = np.partition(np.ascontiguousarray(values.T), (low, high, last), axis=1)
-    return np.where(np.isnan(ranked[:, last]), np.nan, 0.5 * (ranked[:, low] + ranked[:, high]))
+    return _middles(np.ascontiguousarray(values))
+
+
+def _numbers(values: NDArray[Any]) -> Array:
+    """One layout and type, so that nothing is compiled twice."""
+    return np.ascontiguousarray(values, dtype=np.float64).reshape(-1)
+
+
+@njit(nogil=True, cache=True)
+def _middle(values):  # type: ignore[no-untyped-def]
+    """Median of the numbers that are not NaN, and how many they are."""
+    ranked, count = np.empty(values.shape[0]), 0
+    for value in values:
+        if not np.isnan(value):
+            ranked[count] = value
+            count += 1
+    return (_half_way(ranked[:count]) if count else np.nan), count
+
+
+@njit(nogil=True, cache=True)
+def _middles(values):  # type: ignore[no-untyped-def]
+    rows, columns = values.shape
+    middles, column = np.empty(columns), np.empty(rows)
+    for number in range(columns):
+        whole = True
+        for row in range(rows):
+            column[row] = values[row, number]
+            whole = whole and not np.isnan(column[row])
+        middles[number] = _half_way(column) if whole else np.nan
+    return middles
+
+
+@njit(nogil=True, cache=True)
+def _half_way(values):  # type: ignore[no-untyped-def]
+    """Mean of the two middle ranks; reorders the values (Hoare's selection)."""
+    low, high, rank = 0, values.shape[0] - 1, (values.shape[0] - 1) // 2
+    while low < high:
+        pivot, i, j = values[(low + high) // 2], low, high
+        while i <= j:
+            while values[i] < pivot:
+                i += 1
+            while pivot < values[j]:
+                j -= 1
+            if i <= j:
+                values[i], values[j] = values[j], values[i]
+                i += 1
+                j -= 1
+        if rank <= j:
+            high = j
+        elif rank >= i:
+            low = i
+        else:
+            break
+    following = values[rank] if values.shape[0] % 2 else values[rank + 1 :].min()
+    return 0.5 * (values[rank] + following)
 
 
 def quantiles(values: NDArray[Any], shares: tuple[float, ...]) -> list[Array]:

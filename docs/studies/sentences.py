@@ -83,6 +83,12 @@ def _frozen() -> Numbers:
     return str(found["gauge_alone"]["wrong"]), str(found["frames"])
 
 
+def _frames_before() -> Numbers:
+    found = summary("frames_before")
+    kinds = ("frames", "values_that_a_search_refuses", "values_that_are_missed")
+    return tuple(str(found[kind]) for kind in kinds)
+
+
 def _worth() -> Numbers:
     found = summary("worth")
     served = found["as served"]
@@ -311,6 +317,12 @@ SENTENCES = (
         _routes,
         "`calibration_due` came with {} % of these values, `routes_disagree` with {} %. The largest error without "
         "`few_windows` is {} mm.",
+    ),
+    Sentence(
+        DIAMETER,
+        _frames_before,
+        "Of {} frames {} had a value that a new gauge, which sees the pair alone, refuses, {} had none where it has "
+        "one",
     ),
     Sentence(DIAMETER, _frozen, "the gauge alone would have given {} wrong values of {}."),
     Sentence(

@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from vision.geometry.homography import transformed
@@ -93,12 +94,31 @@ def _column(edge: Array, rows: Array) -> Array:
 
     The chain is put in order of rows: T_RL moves points that lie far off the edge to rows before their neighbours'.
     """
-    row, first = np.unique(edge[:, 1], return_index=True)
-    edge = edge[first]
-    below, above = rows < row[0], rows > row[-1]
-    column = np.interp(rows, row, edge[:, 0])
-    (x0, y0), (x1, y1) = edge[0], edge[-1]
-    slope = (x1 - x0) / (y1 - y0) if len(row) > 1 else 0.0
-    column[below] = x0 + slope * (rows[below] - y0)
-    column[above] = x1 + slope * (rows[above] - y1)
-    return column
+    return _columns(np.ascontiguousarray(edge[:, 1]), np.ascontiguousarray(edge[:, 0]), np.ascontiguousarray(rows))
+
+
+@njit(nogil=True, cache=True)
+def _columns(chain_row, chain_column, rows):  # type: ignore[no-untyped-def]
+    order = np.argsort(chain_row, kind="mergesort")
+    row, column = chain_row[order], chain_column[order]
+    count = 1  # of points in rows of their own, of which the first in a row counts
+    for point in range(1, len(row)):
+        if row[point] != row[count - 1]:
+            row[count], column[count] = row[point], column[point]
+            count += 1
+    columns = np.empty(len(rows))
+    if count == 1:
+        columns[:] = column[0]
+        return columns
+    outer = (column[count - 1] - column[0]) / (row[count - 1] - row[0])
+    for number in range(len(rows)):
+        at = rows[number]
+        if at < row[0]:
+            columns[number] = column[0] + outer * (at - row[0])
+        elif at >= row[count - 1]:
+            columns[number] = column[count - 1] + outer * (at - row[count - 1])
+        else:
+            before = np.searchsorted(row[:count], at, side="right") - 1
+            slope = (column[before + 1] - column[before]) / (row[before + 1] - row[before])
+            columns[number] = column[before] + slope * (at - row[before])
+    return columns

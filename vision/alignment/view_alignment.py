@@ -7,7 +7,7 @@ frame's height.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
@@ -43,9 +43,15 @@ class Alignment:
     right: Region
     projective: bool
     slope: tuple[float, float] = LEVEL
+    _known: dict[float, Array] = field(init=False, repr=False, default_factory=dict[float, Array])
 
     def right_to_left(self, height_mm: float) -> Array:
         """T_RL of algorithm 11 for the virtual board at a height: homography from the right to the left region."""
+        if height_mm not in self._known:
+            self._known[height_mm] = self._right_to_left(height_mm)
+        return self._known[height_mm]
+
+    def _right_to_left(self, height_mm: float) -> Array:
         to, of = self.boards.corners(height_mm, projective=self.projective, slope=self.slope)
         T, _ = cv2.findHomography(of, to, 0)
         return solved(self.left.to_ideal, np.asarray(T, dtype=np.float64) @ self.right.to_ideal)
@@ -78,7 +84,7 @@ class Alignment:
 
     def test_rows(self, height_mm: float) -> Array:
         """Rows of the left region within P_re of the board's middle, P_re a quarter of the region (algorithm 12)."""
-        corners, _ = self.boards.corners(height_mm, projective=self.projective, slope=self.slope)
+        corners = self.boards.left_corners(height_mm, projective=self.projective, slope=self.slope)
         middle = float(transformed(solved(self.left.to_ideal, np.eye(3)), corners)[:, 1].mean())
         rows = self.left.shape[0]
         middle = min(max(middle, rows / 4), 3 * rows / 4)

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from vision.calibration.rig import Rig
@@ -63,12 +64,22 @@ class BoardPair:
         -------
         ndarray of float64, shape (n, 2)
         """
-        high_weight = np.broadcast_to(np.asarray(share, dtype=np.float64), len(self.low))
-        low_weight = 1.0 - high_weight
-        if projective:
-            low_weight, high_weight = low_weight * self.low_depth_mm, high_weight * self.high_depth_mm
-        mixed = low_weight[:, None] * self.low + high_weight[:, None] * self.high
-        return mixed / (low_weight + high_weight)[:, None]
+        shares = np.broadcast_to(np.asarray(share, dtype=np.float64), len(self.low))
+        ones = np.ones(len(self.low))
+        depths = (self.low_depth_mm, self.high_depth_mm) if projective else (ones, ones)
+        return _mixed(self.low, self.high, *depths, np.ascontiguousarray(shares))
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _mixed(low, high, low_depth, high_depth, share):  # type: ignore[no-untyped-def]
+    """Points between two sets, each weighted by its share of the way and its depth."""
+    mixed = np.empty(low.shape)
+    for corner in range(low.shape[0]):
+        low_weight, high_weight = (1.0 - share[corner]) * low_depth[corner], share[corner] * high_depth[corner]
+        for axis in range(2):
+            total = low_weight * low[corner, axis] + high_weight * high[corner, axis]
+            mixed[corner, axis] = total / (low_weight + high_weight)
+    return mixed
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -137,10 +148,18 @@ class VirtualBoards:
         tuple of two ndarray of float64, shape (n, 2)
             Ideal points (x/z, y/z) of the left and of the right camera, corner by corner.
         """
+        share = self._share(height_mm, slope)
+        return self.left.at(share, projective=projective), self.right.at(share, projective=projective)
+
+    def left_corners(self, height_mm: float, *, projective: bool, slope: tuple[float, float]) -> Array:
+        """Those of `corners` that the left camera would see."""
+        return self.left.at(self._share(height_mm, slope), projective=projective)
+
+    def _share(self, height_mm: float, slope: tuple[float, float]) -> Array:
+        """Part of the way from the low to the high board, of each corner."""
         rise = math.tan(math.radians(self.tilt_deg))
         raised_mm = height_mm * math.hypot(1.0, rise) + self.places_mm @ (np.array(slope) + np.array([0.0, rise]))
-        share = (raised_mm - self.low_mm) / (self.high_mm - self.low_mm)
-        return self.left.at(share, projective=projective), self.right.at(share, projective=projective)
+        return (raised_mm - self.low_mm) / (self.high_mm - self.low_mm)
 
 
 def _projected(rig: Rig) -> dict[str, Array]:
@@ -152,7 +171,7 @@ def _projected(rig: Rig) -> dict[str, Array]:
 
 
 def _pair(camera: Camera, low_px: Array, high_px: Array, rig: Rig) -> BoardPair:
-    low, high = camera.undistort(low_px), camera.undistort(high_px)
+    low, high = (np.ascontiguousarray(camera.undistort(seen_px)) for seen_px in (low_px, high_px))
     return BoardPair(low, high, _depth_mm(camera, low, rig.low_mm), _depth_mm(camera, high, rig.high_mm))
 
 

@@ -5,16 +5,15 @@ show. A mark that the bar hides, or lights differently, is not found again and d
 """
 
 import base64
-import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from vision.calibration.json_fields import Fields
-from vision.order_statistics import column_medians, median
 from vision.pictures import grey
 
 Array = NDArray[np.float64]
@@ -221,46 +220,61 @@ def _found(
     if not (LEAST_CORRELATION <= best <= 1.001 and 0 < column < columns - 1 and 0 < row < rows - 1):
         return None
     left, top = (min(at - half_px, search_px) for at in place.tolist())  # of the search, before the patch's own place
-    away, curvature = _peak(alike[row - 1 : row + 2, column - 1 : column + 2].astype(np.float64))
-    shift = np.array([column, row]) + away - (left, top)
-    whole = np.array([column - left, row - top])
-    return _Found(shift, curvature, np.diag(curvature) * away + curvature @ whole)
+    near = alike[row - 1 : row + 2, column - 1 : column + 2].astype(np.float64)
+    return _Found(*_peak(near, float(column - left), float(row - top)))
 
 
-def _peak(values: Array) -> tuple[Array, Array]:
-    """How far the top lies from the middle of 3 x 3 correlations, along x and along y, and how they are curved.
+@njit(nogil=True, cache=True, error_model="numpy")
+def _peak(values, whole_x, whole_y):  # type: ignore[no-untyped-def]
+    """A mark's shift, curvature and slope, from 3 x 3 correlations whose middle lies `whole` pixels from its own place.
 
     Parabolas through the middle along x and along y; without the mixed second derivative a shift along x is taken for
     one along y too on a corner whose lines lean the same way.
     """
-    (a, _, b), (left, middle, right), (c, _, d) = values.tolist()
-    up, down = values[[0, 2], 1].tolist()
-    xx, yy = (-min(one - 2 * middle + other, -1e-9) for one, other in ((left, right), (up, down)))
-    most = MOST_MIXED * math.sqrt(xx * yy)
-    xy = min(max((b + c - a - d) / 4, -most), most)
-    return 0.5 * np.array([right - left, down - up]) / (xx, yy), np.array([[xx, xy], [xy, yy]])
+    middle, left, right, up, down = values[1, 1], values[1, 0], values[1, 2], values[0, 1], values[2, 1]
+    xx, yy = -min(left - 2 * middle + right, -1e-9), -min(up - 2 * middle + down, -1e-9)
+    most = MOST_MIXED * np.sqrt(xx * yy)
+    xy = min(max((values[0, 2] + values[2, 0] - values[0, 0] - values[2, 2]) / 4, -most), most)
+    away_x, away_y = 0.5 * (right - left) / xx, 0.5 * (down - up) / yy
+    slope_x = xx * away_x + (xx * whole_x + xy * whole_y)
+    slope_y = yy * away_y + (xy * whole_x + yy * whole_y)
+    shift = np.array([whole_x + away_x, whole_y + away_y])
+    return shift, np.array([[xx, xy], [xy, yy]]), np.array([slope_x, slope_y])
 
 
 def _agreed_motion(place: Array, found: list[_Found]) -> MarksMotion:
     """The shift and turn that most marks agree on; no motion when they do not."""
-    shift = np.array([one.shift_px for one in found])
-    x, y = (place - place.mean(axis=0)).T
-    none, one = np.zeros_like(x), np.ones_like(x)
-    design = np.concatenate([np.column_stack([one, none, -y]), np.column_stack([none, one, x])])
-    motion = np.array([*column_medians(shift), 0.0])
-    agrees = np.ones(len(x), bool)
+    shift, curvature, slope = (np.array(part) for part in zip(*found, strict=True))
+    moved_px, agrees = _moved_px(place, shift)
+    return NO_MOTION if np.isnan(moved_px) else MarksMotion(moved_px, place[agrees], curvature[agrees], slope[agrees])
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _moved_px(place, shift):  # type: ignore[no-untyped-def]
+    """Fitted motion less its noise, NaN where too few marks agree on one; and which do."""
+    count = len(place)
+    x, y = place[:, 0] - place[:, 0].mean(), place[:, 1] - place[:, 1].mean()
+    across, down, turn = np.median(shift[:, 0]), np.median(shift[:, 1]), 0.0
+    agrees = np.ones(count, np.bool_)
     for _ in range(4):
-        off = np.hypot(*(shift.T.ravel() - design @ motion).reshape(2, -1))
-        agrees = off <= max(AGREEMENT_PX, median(off))
-        both = np.tile(agrees, 2)
-        fitted = design[both]  # half of the marks at least, which lie apart: they fix a shift and a turn
-        motion = np.linalg.solve(fitted.T @ fitted, fitted.T @ shift.T.ravel()[both])
-    off = (shift.T.ravel() - design @ motion).reshape(2, -1)[:, agrees]
-    if np.count_nonzero(np.hypot(*off) <= AGREEMENT_PX) < max(LEAST_MARKS, len(x) // 2):
-        return NO_MOTION
-    moved = np.mean(np.sum((design @ motion).reshape(2, -1)[:, agrees] ** 2, axis=0))
+        off = np.hypot(shift[:, 0] - (across - turn * y), shift[:, 1] - (down + turn * x))
+        agrees = off <= max(AGREEMENT_PX, np.median(off))
+        across, down, turn = _fitted(x[agrees], y[agrees], shift[agrees])  # at least half of the marks, which lie apart
+    moved_x, moved_y = (across - turn * y)[agrees], (down + turn * x)[agrees]
+    off_x, off_y = shift[agrees, 0] - moved_x, shift[agrees, 1] - moved_y
+    if np.count_nonzero(np.hypot(off_x, off_y) <= AGREEMENT_PX) < max(LEAST_MARKS, count // 2):
+        return np.nan, agrees
+    kept = len(off_x)
     # three fitted numbers bring the noise of three coordinates, over the number of marks
-    by_noise = 3 * np.sum(off**2) / max(2 * agrees.sum() - 3, 1) / agrees.sum()
-    moved_px = float(np.sqrt(max(moved - NOISE_SIGMAS**2 * by_noise, 0.0)))
-    curvature, slope = np.array([one.curvature for one in found]), np.array([one.slope for one in found])
-    return MarksMotion(moved_px, place[agrees], curvature[agrees], slope[agrees])
+    by_noise = 3 * (off_x**2 + off_y**2).sum() / max(2 * kept - 3, 1) / kept
+    return np.sqrt(max((moved_x**2 + moved_y**2).mean() - NOISE_SIGMAS**2 * by_noise, 0.0)), agrees
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _fitted(x, y, shift):  # type: ignore[no-untyped-def]
+    """Shift along x and y, and turn, by least squares."""
+    count, sum_x, sum_y = len(x), x.sum(), y.sum()
+    across, down = shift[:, 0].sum(), shift[:, 1].sum()
+    turned = (x * shift[:, 1] - y * shift[:, 0]).sum() + (sum_y * across - sum_x * down) / count
+    turn = turned / ((x * x + y * y).sum() - (sum_x**2 + sum_y**2) / count)
+    return (across + turn * sum_y) / count, (down - turn * sum_x) / count, turn

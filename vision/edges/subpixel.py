@@ -23,10 +23,8 @@ REACH_SIGMAS = 2.2  # plateaus begin there: a Gaussian blur leaves 1.4 % of the 
 LEAST_REACH_PX = 1.5  # chosen: bilinear interpolation alone blurs the edge over this distance
 SHAPE_HALF_LENGTH_PX = 6.0  # chosen: half length of the median profile that is the edge's own shape
 SHAPE_STEP_PX = 0.25
-FLANK_SIGMAS = (
-    3.0,
-    1.2,
-)  # chosen: the shape is fitted from 3 blurs outside the edge to 1.2 inside, before patches begin
+# Chosen: the shape is fitted from 3 blurs outside the edge to 1.2 inside, before patches begin.
+FLANK_SIGMAS = 3.0, 1.2
 FIT_ROUNDS = 6  # Gauss-Newton steps of a profile's fit
 # Chosen: a fit whose root mean square residual exceeds 4 % of the step and 3 times the median one is another edge.
 MISFIT_SHARE, MISFIT_FACTOR = 0.04, 3.0
@@ -263,14 +261,9 @@ def _outermost(profile: Array, offsets_px: Array, reach: float) -> Array:
     A dark patch on the bar has edges of its own, often steeper ones; the bar's edge is the first. Samples too near an
     end of the profile for a plateau are left out.
     """
-    inner = np.abs(offsets_px) <= offsets_px[-1] - reach - 1
-    whole = profile[np.isfinite(profile).all(axis=1)]
-    if not len(whole):
-        return np.full(len(profile), np.nan)
-    dark = median(whole[:, offsets_px < offsets_px[inner][0]])
-    bright = median(whole[:, offsets_px > offsets_px[inner][-1]])
-    above = profile[:, inner] > dark + CLEAR_RISE_SHARE * (bright - dark)
-    return offsets_px[inner][np.argmax(above, axis=1)]
+    inner = np.flatnonzero(np.abs(offsets_px) <= offsets_px[-1] - reach - 1)
+    first = _first_rise(profile, inner[0], inner[-1] + 1)
+    return np.where(first < 0, np.nan, offsets_px[first])
 
 
 # Compiled loops: one profile after the other, without a temporary array.
@@ -390,3 +383,18 @@ def _fit(profile, first, step, start, dark, bright, shape, outwards, inwards):
         if not np.isnan(misfit):
             place[i], height[i], misfits[i] = at, a, misfit
     return place, height, misfits
+
+
+@njit(nogil=True, cache=True)
+def _first_rise(profile, begin, end):
+    """First sample from `begin` on that is clearly above what lies before, or `begin`; -1 without a whole profile."""
+    whole = np.array([row for row in range(profile.shape[0]) if np.isfinite(profile[row]).all()], dtype=np.int64)
+    first = np.full(profile.shape[0], begin if whole.size else -1)
+    if whole.size:
+        dark, bright = np.median(profile[whole, :begin]), np.median(profile[whole, end:])
+        level = dark + CLEAR_RISE_SHARE * (bright - dark)
+        for row in range(profile.shape[0]):
+            for sample in range(end - 1, begin - 1, -1):
+                if profile[row, sample] > level:
+                    first[row] = sample
+    return first

@@ -10,6 +10,9 @@ NORMAL_REACH_PX = NORMAL_RADIUS_PX + 1  # pixels further away do not change a di
 RIDGE_RADIUS_PX = 2  # chosen: a ridge is compared with strengths up to 2 pixels away across it
 PLATEAU_TOLERANCE = np.float32(1.01)  # chosen: up to 1 % weaker than a neighbour still counts, so plateaus stay
 
+_TRIANGLE = np.bartlett(2 * NORMAL_RADIUS_PX + 3)[1:-1]
+_TRIANGLE /= _TRIANGLE.sum()
+
 Floats = NDArray[np.float32]
 
 
@@ -26,9 +29,7 @@ def ridge_normals(strength: Floats) -> Floats:
         Angle from x towards y, [0, pi), of the direction in which the smoothed strength bends most; 0 where it is flat,
         and where there is no strength.
     """
-    triangle = np.bartlett(2 * NORMAL_RADIUS_PX + 3)[1:-1]
-    triangle /= triangle.sum()
-    smooth = cv2.sepFilter2D(strength, cv2.CV_32F, triangle, triangle, borderType=cv2.BORDER_REFLECT)
+    smooth = cv2.sepFilter2D(strength, cv2.CV_32F, _TRIANGLE, _TRIANGLE, borderType=cv2.BORDER_REFLECT)
     xx, yy, xy = (
         cv2.Sobel(smooth, cv2.CV_32F, dx, dy, ksize=3, borderType=cv2.BORDER_REPLICATE)
         for dx, dy in ((2, 0), (0, 2), (1, 1))

@@ -9,6 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from vision.order_statistics import column_medians, median
+
 Array = NDArray[np.float64]
 
 EDGE_SHARE = 0.2  # chosen: gradients below 20 % of the strongest are texture and noise
@@ -115,7 +117,7 @@ def _lower_edge(warmth: NDArray[np.uint8], circle: Circle) -> tuple[Array, Array
     map_y = (circle.y + radius * sine).astype(np.float32)
     rays = cv2.remap(warmth, map_x, map_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(float)
     inner = rays.shape[1] // 4
-    level = (np.median(rays[:, :inner], axis=1) + np.min(rays, axis=1)) / 2
+    level = (column_medians(rays[:, :inner].T) + np.min(rays, axis=1)) / 2
     below = rays < level[:, None]
     below[:, :inner] = False
     first = np.argmax(below, axis=1)
@@ -146,7 +148,7 @@ def _robust_circle(x: Array, y: Array, least: float) -> Circle | None:
         circle = _least_squares(x[near], y[near])
         off = np.abs(np.hypot(x - circle.x, y - circle.y) - circle.radius)
         tolerance = max(1.0, ARC_TOLERANCE_SHARE * circle.radius)
-        before, near = near, off < max(tolerance, 2 * float(np.median(off[near])))
+        before, near = near, off < max(tolerance, 2 * median(off[near]))
         if np.array_equal(near, before):
             return circle if np.count_nonzero(off < tolerance) >= least else None
     return None

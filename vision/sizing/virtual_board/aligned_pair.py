@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from vision.alignment.height_search import Height
@@ -62,12 +63,12 @@ class AlignedPair:
         windows, to_plane = len(first.row), self.to_plane(view)
         window_rows = (self.alignment.left, self.alignment.right)[view].shape[0] // windows
         rows = np.arange(windows * window_rows, dtype=np.float64).reshape(windows, window_rows)
-        ends = []
-        for side in (first, second):
-            lines = random_regression(side, parameters.sample_points, parameters.sample_count, rng)
-            columns = lines.at(rows)
-            ends.append(transformed(to_plane, np.stack([columns, np.broadcast_to(rows[:, None], columns.shape)], -1)))
-        return np.linalg.norm(ends[1] - ends[0], axis=-1).mean(axis=-1)
+        lines = [
+            random_regression(side, parameters.sample_points, parameters.sample_count, rng) for side in (first, second)
+        ]
+        return _mean_widths(
+            np.ascontiguousarray(to_plane), (lines[0].slope, lines[0].start), (lines[1].slope, lines[1].start), rows
+        )
 
     def section_frame(self) -> tuple[Array, float]:
         """Cameras in the bar's section plane, shape (2, 2), and the place of the outline's middle across it, mm."""
@@ -80,3 +81,28 @@ class AlignedPair:
         rig = self.alignment.rig
         centres = np.array([rig.left.centre_mm, rig.right.centre_mm])
         return np.column_stack([centres[:, :2] @ across, centres[:, 2]]), float(middle[0] @ across)
+
+
+@njit(nogil=True, cache=True)
+def _mean_widths(to_plane, first, second, rows):  # type: ignore[no-untyped-def]
+    """Mean distance on a plane of the two lines' points in the rows of each window, (windows, T)."""
+    windows, times = first[0].shape
+    width = np.empty((windows, times))
+    for window in range(windows):
+        for time in range(times):
+            total = 0.0
+            for row in rows[window]:
+                x, y = _moved(to_plane, first[0][window, time] * row + first[1][window, time], row)
+                other_x, other_y = _moved(to_plane, second[0][window, time] * row + second[1][window, time], row)
+                total += np.hypot(other_x - x, other_y - y)
+            width[window, time] = total / rows.shape[1]
+    return width
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _moved(homography, x, y):  # type: ignore[no-untyped-def]
+    """`vision.geometry.homography.transformed` of one point."""
+    away = homography[2, 0] * x + homography[2, 1] * y + homography[2, 2]
+    moved_x = homography[0, 0] * x + homography[0, 1] * y + homography[0, 2]
+    moved_y = homography[1, 0] * x + homography[1, 1] * y + homography[1, 2]
+    return moved_x / away, moved_y / away

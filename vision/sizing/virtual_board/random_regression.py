@@ -8,6 +8,7 @@ with NaN where a window has fewer points.
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -127,18 +128,47 @@ def random_regression(points: WindowPoints, samples: int, times: int, rng: np.ra
     RandomLines
         NaN for windows with fewer than S points. Where all that were drawn lie in one row, the line is upright.
     """
-    there = np.isfinite(points.column)
-    windows, most = there.shape
+    windows, most = points.column.shape
     if most < samples:
         nothing = np.full((windows, times), np.nan)
         return RandomLines(nothing, nothing)
-    lot = np.where(there[:, None, :], rng.random((windows, times, most), dtype=np.float32), np.float32(2.0))
-    drawn = np.argpartition(lot, samples - 1, axis=2)[..., :samples] if samples < most else np.argsort(lot, axis=2)
-    across = np.arange(windows)[:, None, None]
-    row, column = points.row[across, drawn], points.column[across, drawn]
-    middle_row, middle_column = row.mean(axis=2), column.mean(axis=2)
-    away = row - middle_row[..., None]
-    spread = (away**2).sum(axis=2)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        slope = np.where(spread == 0.0, 0.0, (away * column).sum(axis=2) / spread)
-    return RandomLines(slope, middle_column - slope * middle_row)
+    lot = rng.random((windows, times, most), dtype=np.float32)
+    return RandomLines(*_lines(np.ascontiguousarray(points.row), np.ascontiguousarray(points.column), lot, samples))
+
+
+@njit(nogil=True, cache=True)
+def _lines(row, column, lot, samples):  # type: ignore[no-untyped-def]
+    """Slopes and starts of the lines through those points of each window that have drawn the least lots."""
+    windows, times, most = lot.shape
+    slope, start = np.full((windows, times), np.nan), np.full((windows, times), np.nan)
+    drawn = np.empty(samples, np.int64)
+    for window in range(windows):
+        for time in range(times):
+            count = 0
+            for point in range(most):
+                if not np.isfinite(column[window, point]):
+                    continue
+                place = count  # among those drawn so far, in the order of their lots
+                while place > 0 and lot[window, time, point] < lot[window, time, drawn[place - 1]]:
+                    if place < samples:
+                        drawn[place] = drawn[place - 1]
+                    place -= 1
+                if place < samples:
+                    drawn[place] = point
+                    count = min(count + 1, samples)
+            if count == samples:
+                slope[window, time], start[window, time] = _line(row[window], column[window], drawn)
+    return slope, start
+
+
+@njit(nogil=True, cache=True)
+def _line(row, column, drawn):  # type: ignore[no-untyped-def]
+    """Least squares through some points; upright where all lie in one row."""
+    middle_row, middle_column = row[drawn].mean(), column[drawn].mean()
+    spread, product = 0.0, 0.0
+    for point in drawn:
+        away = row[point] - middle_row
+        spread += away * away
+        product += away * column[point]
+    slope = 0.0 if spread == 0.0 else product / spread
+    return slope, middle_column - slope * middle_row

@@ -15,7 +15,13 @@ from vision.sizing.virtual_board import aligned_pair
 from vision.sizing.virtual_board.aligned_pair import AlignedPair
 from vision.sizing.virtual_board.boundaries_of_interest import boundaries_of_interest, hot_mask
 from vision.sizing.virtual_board.parameters import PRINTED_PARAMETERS, SERVED_PARAMETERS, Parameters
-from vision.sizing.virtual_board.random_regression import WindowPoints, random_regression, two_sides, windowed
+from vision.sizing.virtual_board.random_regression import (
+    RandomLines,
+    WindowPoints,
+    random_regression,
+    two_sides,
+    windowed,
+)
 from vision.sizing.virtual_board.weighted_deviation import (
     similarity_ratio,
     trusted_windows,
@@ -192,12 +198,9 @@ def test_a_third_of_the_points_may_be_off_a_robust_line():
 
 def test_the_width_of_a_window_is_the_mean_over_its_own_rows(monkeypatch):
     """A region of 60 rows and 100 columns in three windows; the second edge moves away by a tenth of a column a row."""
-    lines = {"first": lambda rows: 0 * rows, "second": lambda rows: 10 + 0.1 * rows}
-    monkeypatch.setattr(
-        aligned_pair,
-        "random_regression",
-        lambda side, *_: SimpleNamespace(at=lambda rows: lines[side.name](rows)[:, None]),
-    )
+    ones = np.ones((3, 1))
+    lines = {"first": RandomLines(0 * ones, 0 * ones), "second": RandomLines(0.1 * ones, 10 * ones)}
+    monkeypatch.setattr(aligned_pair, "random_regression", lambda side, *_: lines[side.name])
     sides = [SimpleNamespace(name=name, row=[()] * 3) for name in lines]
     region = np.zeros((60, 100))
     alignment = SimpleNamespace(left=region, right=region, to_plane=lambda _: np.diag([0.5, 0.5, 1.0]))
