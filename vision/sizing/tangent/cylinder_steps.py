@@ -133,6 +133,7 @@ def _narrowed_px(residual_px, near, number, spare):  # type: ignore[no-untyped-d
 @njit(nogil=True, cache=True)
 def _neighbouring_ranks(values, rank):  # type: ignore[no-untyped-def]
     """The value of a rank, from 0, and the next one, the same for the last; reorders the values (Hoare's selection)."""
+    # as in vision/order_statistics.py, since compiled code is kept by file and would not see a change of another one
     low, high = 0, values.shape[0] - 1
     while low < high:
         pivot, i, j = values[(low + high) // 2], low, high
