@@ -38,7 +38,7 @@ class LearningRule:
 
     remembered: int = 12
     least: int = 4
-    left_out: float = 0.2
+    left_out: float = 0.25
     gain: float = 0.02
     good: float = 0.3
 

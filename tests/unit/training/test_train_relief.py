@@ -101,6 +101,14 @@ def test_the_network_that_is_shipped_tells_ends_of_a_kind_it_was_not_trained_on(
     assert np.mean(right) >= 0.9
 
 
+def test_an_end_and_its_mirror_images_have_the_same_odds():
+    line = rendered_line(np.random.default_rng(7), faces=2, views=1)
+    judge, image = ReliefOdds(*line.references), line.ends[0]
+    images = (image, image[::-1], image[:, ::-1], image[::-1, ::-1])
+    odds = [judge.log_odds(np.ascontiguousarray(one)) for one in images]
+    assert odds == pytest.approx([odds[0]] * 4, abs=1e-3)
+
+
 def test_exposure_changes_no_relief_and_what_is_clipped_shows_none():
     rng = np.random.default_rng(5)
     image = np.clip(rng.normal(120, 8, (SIDE, SIDE)), 0, 255).astype(np.uint8)

@@ -31,7 +31,7 @@ RELIEF_SCALE, LEVEL_SCALE = 8.0, 3.0  # bring both logarithms near 1
 PLANES = 3
 STRIDE = 2
 CONVOLUTIONS = 4
-KEPT_ENDS = 64  # chosen: ends whose findings are kept, 512 bytes each
+KEPT_ENDS = 64  # chosen: ends whose findings are kept, 2 kB each
 
 _across = (np.arange(SIZE) - (SIZE - 1) / 2) / (SIZE / 2)
 _disc = (np.hypot(_across[:, None], _across) < FACE_RADIUS).astype(np.float32)
@@ -68,7 +68,7 @@ def _layers() -> Layers:
 
 
 def found(image: Picture, layers: Layers) -> Plane:
-    """What the convolutions find in an end: mean and maximum of each of their last planes.
+    """What the convolutions find in an end and in its mirror images: mean and maximum of each of their last planes.
 
     Parameters
     ----------
@@ -77,12 +77,14 @@ def found(image: Picture, layers: Layers) -> Plane:
 
     Returns
     -------
-    ndarray of float32, shape (n,)
+    ndarray of float32, shape (4, n)
+        As it is, upside down, left for right, and both.
     """
-    values = relief(image)
+    seen = relief(image)
+    values = np.stack([seen, seen[::-1], seen[:, ::-1], seen[::-1, ::-1]])
     for weights, bias in layers[:CONVOLUTIONS]:
         values = _convolved(values, weights, bias)
-    return np.concatenate([values.mean(axis=(0, 1)), values.max(axis=(0, 1))])
+    return np.concatenate([values.mean(axis=(1, 2)), values.max(axis=(1, 2))], axis=1)
 
 
 @lru_cache(KEPT_ENDS)
@@ -92,17 +94,17 @@ def _found_again(codes: bytes) -> Plane:
 
 
 def _convolved(values: Plane, weights: Plane, bias: Plane) -> Plane:
-    """Convolution at every second place in both directions, what of it is above 0."""
-    side, size = len(weights), len(values)
+    """Convolution of some pictures at every second place in both directions, what of it is above 0."""
+    side, size = len(weights), values.shape[1]
     padding = max((-(-size // STRIDE) - 1) * STRIDE + side - size, 0)
-    before = padding // 2
-    values = np.pad(values, ((before, padding - before), (before, padding - before), (0, 0)))
-    lines = values.reshape(len(values), -1)  # so that a kernel's row is one run of numbers
-    channels = values.shape[2]
-    around = np.lib.stride_tricks.sliding_window_view(lines, (side, side * channels))[::STRIDE, :: STRIDE * channels]
-    rows, columns = around.shape[:2]
-    flat = around.reshape(rows * columns, -1) @ weights.reshape(-1, weights.shape[-1]) + bias
-    return np.maximum(flat, 0).reshape(rows, columns, -1)
+    around = (padding // 2, padding - padding // 2)
+    values = np.pad(values, ((0, 0), around, around, (0, 0)))
+    lines = values.reshape(*values.shape[:2], -1)  # so that a kernel's row is one run of numbers
+    channels = values.shape[3]
+    kernels = np.lib.stride_tricks.sliding_window_view(lines, (side, side * channels), axis=(1, 2))
+    kernels = kernels[:, ::STRIDE, :: STRIDE * channels]
+    flat = kernels.reshape(np.prod(kernels.shape[:3]), -1) @ weights.reshape(-1, weights.shape[-1]) + bias
+    return np.maximum(flat, 0).reshape(*kernels.shape[:3], -1)
 
 
 class ReliefOdds(FaceClassifier):
@@ -118,14 +120,14 @@ class ReliefOdds(FaceClassifier):
 
     def __init__(self, top: Picture, bottom: Picture, layers: Layers | None = None) -> None:
         self._network = layers if layers is not None else _layers()
-        self._top, self._bottom = (found(reference, self._network) for reference in (top, bottom))
+        self._top, self._bottom = (found(reference, self._network).mean(axis=0) for reference in (top, bottom))
 
     def log_odds(self, image: Picture) -> float:
-        """Natural logarithm of the odds of a top against a bottom."""
+        """Natural logarithm of the odds of a top against a bottom, mean over the end's mirror images."""
         hidden, last = self._network[CONVOLUTIONS:]
         end = _found_again(image.tobytes()) if self._network is _layers() else found(image, self._network)
-        compared = np.concatenate([end, end - self._top, end - self._bottom])
-        return float((np.maximum(compared @ hidden[0] + hidden[1], 0) @ last[0] + last[1])[0])
+        compared = np.concatenate([end, end - self._top, end - self._bottom], axis=1)
+        return float(np.mean(np.maximum(compared @ hidden[0] + hidden[1], 0) @ last[0] + last[1]))
 
     def judge(self, face: Face) -> Verdict:
         """Top where the odds are in its favour."""
