@@ -17,7 +17,8 @@ from appliance.simulation.bars import background
 from appliance.simulation.bars.bars import Bar
 from appliance.simulation.bars.disturbances import Post, Side
 from appliance.simulation.bars.line_scene import Picture
-from appliance.simulation.bars.study_scenes import SIDES, Setup, set_up
+from appliance.simulation.bars.scene_setup import SIDES, Setup
+from appliance.simulation.bars.study_scenes import set_up
 from appliance.simulation.bars.surface import hits
 from appliance.simulation.response import Response, encode
 from appliance.simulation.sensor import blurred_step

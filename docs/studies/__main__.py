@@ -7,8 +7,9 @@ SENTENCES (`sentences.py`) the numbers are written, the words stay.
 import re
 from pathlib import Path
 
-from sentences import SENTENCES, Sentence
-from tables import TABLES, Rows
+from results import Rows, Sentence
+from sentences import SENTENCES
+from tables import TABLES
 
 REPOSITORY = Path(__file__).parents[2]
 METHODS = sorted((REPOSITORY / "docs" / "methods").glob("*.md"))

@@ -1,13 +1,23 @@
 """What studies found, and how their figures are written."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 FOLDER = Path(__file__).parent
 
 Summary = dict[str, Any]
 Rows = list[tuple[str, ...]]
+Numbers = tuple[str, ...]
+
+
+class Sentence(NamedTuple):
+    """What a document says, and the numbers in it."""
+
+    document: str
+    numbers: Callable[[], Numbers]
+    text: str
 
 
 def result(name: str) -> Summary:

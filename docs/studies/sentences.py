@@ -1,24 +1,15 @@
 """Sentences of documents that state figures of the studies' results: `{}` stands for each number."""
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
-from results import result, summary
+from results import Numbers, Sentence, result, summary
+from speed_sentences import SPEED_SENTENCES
 from tables import BARS
 
 LARGE_MM = 0.4  # an error of a value that nobody should trust
 LEAST_TRUST = 50  # judging.trust_min as it comes
 
-Numbers = tuple[str, ...]
 Row = dict[str, Any]
-
-
-class Sentence(NamedTuple):
-    """What a document says, and the numbers in it."""
-
-    document: str
-    numbers: Callable[[], Numbers]
-    text: str
 
 
 def _whole(*shares: float) -> Numbers:
@@ -81,12 +72,6 @@ def _ingots() -> Numbers:
 def _frozen() -> Numbers:
     found = summary("no_measurable_bar")["frozen"]
     return str(found["gauge_alone"]["wrong"]), str(found["frames"])
-
-
-def _frames_before() -> Numbers:
-    found = summary("frames_before")
-    kinds = ("frames", "values_that_a_search_refuses", "values_that_are_missed")
-    return tuple(str(found[kind]) for kind in kinds)
 
 
 def _worth() -> Numbers:
@@ -227,24 +212,7 @@ def _no_such_line() -> Numbers:
     return str(len(result("no_such_line")["rows"])), str(values)
 
 
-def _at_full_rate() -> Numbers:
-    """Of each size: pairs, what was dropped, latency, processor, memory."""
-    return tuple(str(number) for one in summary("end_to_end").values() for number in _of_a_rate(one))
-
-
-def _of_a_rate(one: Row) -> tuple[float, ...]:
-    station_mb = [sample["station"] for sample in one["memory_mb"]]
-    names = ("pairs", "dropped", "latency_p50_ms", "latency_p99_ms", "processor_percent")
-    return (*(one[name] for name in names), station_mb[0], station_mb[-1], one["station_peak_mb"])
-
-
-def _start_times() -> Numbers:
-    seconds = summary("start_times")
-    return tuple(f"{seconds[name][of]:.1f}" for name in ("warm", "killed", "cold") for of in ("median_s", "worst_s"))
-
-
-BENCHMARKS, README = "benchmarks/README.md", "README.md"
-CAMERAS, PLC = "docs/guides/cameras.md", "docs/guides/plc.md"
+README, CAMERAS, PLC = "README.md", "docs/guides/cameras.md", "docs/guides/plc.md"
 CONVEYOR, DIAMETER, REAL_LINE, UNCERTAINTY, VIRTUAL_BOARD = (
     f"docs/methods/{name}.md" for name in ("conveyor", "diameter", "real_line", "expanded_uncertainty", "virtual_board")
 )
@@ -318,12 +286,6 @@ SENTENCES = (
         "`calibration_due` came with {} % of these values, `routes_disagree` with {} %. The largest error without "
         "`few_windows` is {} mm.",
     ),
-    Sentence(
-        DIAMETER,
-        _frames_before,
-        "Of {} frames {} had a value that a new gauge, which sees the pair alone, refuses, {} had none where it has "
-        "one",
-    ),
     Sentence(DIAMETER, _frozen, "the gauge alone would have given {} wrong values of {}."),
     Sentence(
         DIAMETER,
@@ -393,21 +355,9 @@ SENTENCES = (
         "Scale along a whole edge moves it inwards by up to a pixel; U did not cover {} % of {} such frames",
     ),
     Sentence(
-        BENCHMARKS,
-        _at_full_rate,
-        "at 800 x 600, 25 a second, {} pairs came and {} were dropped, median and 99 % of the latency were {} and {} "
-        "ms, both processes took {} % of one core, the station held {} MB at first, {} at last and {} at most; at "
-        "2704 x 1520, 5 a second, {} pairs, {} dropped, {} and {} ms, {} %, {}, {} and {} MB",
-    ),
-    Sentence(
-        BENCHMARKS,
-        _start_times,
-        "after {} s (median of five; worst {}), again after {} s (worst {}) when its measuring process was killed. "
-        "With nothing compiled it takes {} s (worst {})",
-    ),
-    Sentence(
         "vision/compression.py",
         _fit_of_compression,
         "the study fits {}, {}, {} and {}, {}, {}. Shares scatter about the constants below by {} and {} %",
     ),
+    *SPEED_SENTENCES,
 )

@@ -1,6 +1,6 @@
 """A path-traced line with what a real one adds, its response and ovality told by nobody; never tuned to.
 
-Bounds are 1.3 times what docs/methods/real_line.md claims. Costs about 12 s.
+Bounds are 1.3 times what docs/methods/real_line.md claims. Costs about 15 s.
 """
 
 import json
@@ -50,6 +50,15 @@ def test_a_response_that_nobody_tells_is_measured(recordings, rig):
 def test_every_bar_has_a_value_and_none_is_wrong(values):
     assert len(values) == BARS
     assert not [one for one in values if abs(one[1]) > max(2 * one[2], 1.0)]
+
+
+def test_a_gauge_that_has_seen_the_frames_before_reads_what_a_new_one_reads(recordings, rig):
+    running = Gauge(rig, 0.0)
+    for scene in sorted((recordings / "line_r" / "scenes").iterdir()):
+        for _, left, right in Recording(scene):
+            reading, alone = running.measure(left, right), Gauge(rig, 0.0).measure(left, right)
+            assert (reading.valid, reading.reasons) == (alone.valid, alone.reasons)
+            assert reading.diameter_mm == pytest.approx(alone.diameter_mm, abs=1e-6, nan_ok=True)
 
 
 def test_errors_are_as_small_as_claimed(values):

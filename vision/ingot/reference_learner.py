@@ -29,7 +29,8 @@ class LearningRule:
     least : int
         Confirmed ingots of each kind before which nothing is learned.
     left_out : float
-        Share of the worst judged of each kind that does not count.
+        Share of the worst judged of each kind that does not count: three of thirteen ends, since one wrong word in
+        twenty may come three times among so few.
     gain : float
         Least fall of the mean cross entropy, natural logarithm, of a pair that is adopted.
     good : float

@@ -13,7 +13,8 @@ import numpy as np
 from appliance.simulation.bars.bars import Bar, Oxide
 from appliance.simulation.bars.disturbances import Disturbance, DriftingHaze, Shimmer, Side
 from appliance.simulation.bars.line_scene import Picture, Scene, View, noise_starts
-from appliance.simulation.bars.study_scenes import SIDES, Setup, set_up
+from appliance.simulation.bars.scene_setup import SIDES, Setup
+from appliance.simulation.bars.study_scenes import set_up
 from appliance.simulation.sensor import Light
 from appliance.simulation.true_rig import TrueRig, nudged
 
