@@ -1,77 +1,210 @@
 """Trains the network of the classifier `relief` on rendered lines: `python -m appliance.training.ingot_relief`.
 
 Cross entropy, by AdamW. A batch shows some ends of each of its lines beside that line's references, now and then beside
-another line's.
+another line's. The later stages leave out the tops that show no more relief than a flat bottom, from which a network
+learns to doubt every flat bottom.
 """
 
 import argparse
-from itertools import pairwise
+import json
+import time
 from pathlib import Path
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from tqdm import tqdm
 
+from appliance.files.digest import file_sha256
 from appliance.training.adamw import AdamW
-from appliance.training.rendered_ends import RenderedLine, rendered_line
-from vision.ingot.classifiers.relief import CONVOLUTIONS, MODEL, PLANES, STRIDE, relief
-
-Array = NDArray[np.float32]
-Indices = NDArray[np.int64]
-Layers = list[tuple[Array, Array]]
-Rng = np.random.Generator
+from appliance.training.edge_forest import check_output
+from appliance.training.relief_batches import SeenLine, batch_of, seen
+from appliance.training.relief_slopes import first_layers, loss_and_slopes
+from appliance.training.rendered_ends import MILLS, Mills, RenderedLine, rendered_line
+from vision.ingot.classifiers.relief import MODEL, Layers
 
 SEED = 777  # no study draws faces from it
-LINES, FACES, VIEWS = 1500, 6, 2
-LINES_A_BATCH, ENDS_A_LINE = 24, 5
-STEPS, FALLING_STEPS = 1500, 2000  # chosen: the rate falls along half a cosine, and training ends before it is 0
-SIDES, CHANNELS, HIDDEN = (5, 3, 3, 3), (PLANES, 16, 32, 48, 64), 48
-RATE = 3e-3
-CERTAINTY = 0.99  # of labels: a face may be blurred beyond recognition
-SHARE_OF_WRONG_REFERENCES = 0.1  # of the ends: compared with another line's
+FACES, VIEWS = 6, 4
+LEAST_SHOWN = 0.12  # of a top's relief; on 40 simulated lines of each kind (seeds 7000 to 7039) no top shows less
+RISING_SHARE = 0.03  # chosen, of a stage's steps: the rate rises, then falls along half a cosine
+# A mean over an end and its mirror images is too near 0: with this factor the cross entropy of the frames of 240
+# simulated lines (seeds 7000 to 7039 and 8000 to 8039 of each kind) is least.
+LOG_ODDS_FACTOR = np.float32(1.5)
 
 
-class Batch(NamedTuple):
-    """Ends and references of some lines, and who is compared with whom.
+class LineSet(NamedTuple):
+    """Lines that are drawn alike.
 
     Attributes
     ----------
-    planes : ndarray of float32, shape (n, 64, 64, 3)
-        The ends first.
-    top, bottom : ndarray of int, shape (ends,)
-        Where among `planes` an end's references are.
-    labels : ndarray of float32, shape (ends,)
-        1 top, 0 bottom.
+    first : int
+        Number of the first; no two sets share a number.
+    lines : int
+    mills : Mills
     """
 
-    planes: Array
-    top: Indices
-    bottom: Indices
-    labels: Array
+    first: int
+    lines: int
+    mills: Mills = MILLS
+
+
+class Stage(NamedTuple):
+    """What is shown for how long.
+
+    Attributes
+    ----------
+    line_sets : tuple of LineSet
+    steps : int
+    rate : float
+        The largest.
+    least_shown : float
+        Tops that show less relief are left out; see `seen`.
+    seed : tuple of int
+        After `SEED`.
+    """
+
+    line_sets: tuple[LineSet, ...]
+    steps: int
+    rate: float
+    least_shown: float
+    seed: tuple[int, ...]
+
+
+BLEMISHED_LINES = LineSet(0, 1000)
+PLAIN_LINES = LineSet(2000, 120, Mills(soft_blemishes=False))
+FLAKED_LINES = LineSet(3000, 200, Mills(foreign=0.4, scaled_bottoms=0.8, soft_blemishes=False))
+STAGES = (
+    Stage((BLEMISHED_LINES,), 2500, 3e-3, 0.0, (0,)),
+    Stage((BLEMISHED_LINES, PLAIN_LINES), 1500, 2e-3, LEAST_SHOWN, (0, 1)),
+    Stage((BLEMISHED_LINES, PLAIN_LINES), 1500, 2e-3, LEAST_SHOWN, (0, 2)),
+    Stage((BLEMISHED_LINES, PLAIN_LINES), 1500, 2e-3, LEAST_SHOWN, (0, 3)),
+    Stage((BLEMISHED_LINES, PLAIN_LINES, FLAKED_LINES), 1500, 2e-3, LEAST_SHOWN, (0, 5)),
+)
+# One line of each set and two steps of each stage: whoever changes what is drawn or how is trained sees it in a second.
+SAMPLE = tuple(
+    stage._replace(line_sets=tuple(one._replace(lines=1) for one in stage.line_sets), steps=2) for stage in STAGES
+)
+
+
+class Trained(NamedTuple):
+    """A network and how it came about.
+
+    Attributes
+    ----------
+    layers : list of (weights, bias)
+    losses : list of float
+        Mean cross entropy of each step's batch.
+    """
+
+    layers: Layers
+    losses: list[float]
+
+
+class Record(NamedTuple):
+    """How a model was trained; written beside it as JSON.
+
+    Attributes
+    ----------
+    command : str
+    seed : int
+    stages : list of str
+    log_odds_factor : float
+        By which the last layer was multiplied.
+    sample_losses : list of float
+        Of `SAMPLE`.
+    cpu_seconds : float
+    sha256 : str
+        Of the model.
+    """
+
+    command: str
+    seed: int
+    stages: list[str]
+    log_odds_factor: float
+    sample_losses: list[float]
+    cpu_seconds: float
+    sha256: str
 
 
 def main() -> None:
-    """Draw, train, write the model."""
+    """Draw, train, write the model and its record."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--lines", type=int, default=LINES)
-    parser.add_argument("--steps", type=int, default=STEPS)
     parser.add_argument("--output", type=Path, default=MODEL)
-    given = parser.parse_args()
-    write(trained(given.lines, given.steps), given.output)
+    output: Path = parser.parse_args().output
+    check_output(output)
+    started = time.process_time()
+    write(trained(STAGES).layers, output)
+    record = Record(
+        command="python -m appliance.training.ingot_relief",
+        seed=SEED,
+        stages=[described(stage) for stage in STAGES],
+        log_odds_factor=float(LOG_ODDS_FACTOR),
+        sample_losses=sample_losses(),
+        cpu_seconds=round(time.process_time() - started, 1),
+        sha256=file_sha256(output),
+    )
+    output.with_suffix(".json").write_text(json.dumps(record._asdict(), indent=2) + "\n", encoding="utf-8")
 
 
-def trained(lines: int, steps: int) -> Layers:
-    """Layers as the command gives them; on one computer, with one thread, always the same.
+def described(stage: Stage) -> str:
+    """Steps, rate and lines of a stage, for the record."""
+    lines = " and ".join(
+        f"{one.lines} from {one.first} ({100 * one.mills.foreign:.0f} % foreign, "
+        f"{100 * one.mills.scaled_bottoms:.0f} % scaled bottoms, soft blemishes {one.mills.soft_blemishes})"
+        for one in stage.line_sets
+    )
+    return f"{stage.steps} steps, rate {stage.rate:g}, seed {stage.seed}, tops of {stage.least_shown:g} on: {lines}"
+
+
+def sample_losses() -> list[float]:
+    """Losses of `SAMPLE`, to four decimals."""
+    return [round(loss, 4) for loss in trained(SAMPLE).losses]
+
+
+def trained(stages: tuple[Stage, ...]) -> Trained:
+    """The network after some stages; on one computer, with one thread, always the same."""
+    layers: Layers = []
+    losses: list[float] = []
+    lines: dict[LineSet, list[RenderedLine]] = {}
+    for stage in stages:
+        rng = np.random.default_rng([SEED, *stage.seed])
+        layers = layers or first_layers(rng)
+        lines |= {one: drawn(one) for one in stage.line_sets if one not in lines}
+        shown = (seen(line, stage.least_shown) for one in stage.line_sets for line in lines[one])
+        losses += train(layers, list(shown), stage, rng)
+    weights, bias = layers[-1]
+    return Trained([*layers[:-1], (weights * LOG_ODDS_FACTOR, bias * LOG_ODDS_FACTOR)], losses)
+
+
+def drawn(line_set: LineSet) -> list[RenderedLine]:
+    """Lines of a set; a number's line is always the same."""
+    numbers = tqdm(range(line_set.first, line_set.first + line_set.lines), unit="line", disable=None)
+    return [rendered_line(np.random.default_rng([SEED, number]), FACES, VIEWS, line_set.mills) for number in numbers]
+
+
+def train(layers: Layers, lines: list[SeenLine], stage: Stage, rng: np.random.Generator) -> list[float]:
+    """Change layers so that they tell tops from bottoms.
 
     Parameters
     ----------
-    lines, steps : int
+    layers : list of (weights, bias)
+    lines : list of SeenLine
+    stage : Stage
+        Its steps and largest rate.
+    rng : numpy.random.Generator
+
+    Returns
+    -------
+    list of float
+        Mean cross entropy of each step's batch.
     """
-    rng = np.random.default_rng(SEED)
-    layers = first_layers(rng)
-    train(layers, drawn(lines), steps, rng)
-    return layers
+    losses: list[float] = []
+    optimiser = AdamW([one for pair in layers for one in pair])
+    for step in tqdm(range(stage.steps), unit="step", disable=None):
+        loss, slopes = loss_and_slopes(layers, batch_of(lines, rng))
+        rising = min(1.0, (step + 1) / (RISING_SHARE * stage.steps))
+        optimiser.step(slopes, stage.rate * rising * 0.5 * (1 + np.cos(np.pi * step / stage.steps)))
+        losses.append(loss)
+    return losses
 
 
 def write(layers: Layers, output: Path) -> None:
@@ -86,146 +219,6 @@ def write(layers: Layers, output: Path) -> None:
         f"{kind}{number}": one for number, pair in enumerate(layers) for kind, one in zip("Wb", pair, strict=True)
     }
     np.savez(output, allow_pickle=False, **arrays)
-
-
-def drawn(lines: int) -> list[RenderedLine]:
-    """Lines to train on."""
-    rng = np.random.default_rng(SEED)
-    return [rendered_line(rng, FACES, VIEWS) for _ in tqdm(range(lines), unit="line", disable=None)]
-
-
-def first_layers(rng: Rng) -> Layers:
-    """Layers before training, after He et al. (doi:10.1109/ICCV.2015.123)."""
-    shapes = [(side, side, *pair) for side, pair in zip(SIDES, pairwise(CHANNELS), strict=True)]
-    shapes += [(6 * CHANNELS[-1], HIDDEN), (HIDDEN, 1)]
-    scaled = [rng.standard_normal(shape) * np.sqrt(2 / np.prod(shape[:-1])) for shape in shapes]
-    return [(weights.astype(np.float32), np.zeros(weights.shape[-1], np.float32)) for weights in scaled]
-
-
-def train(layers: Layers, lines: list[RenderedLine], steps: int, rng: Rng) -> None:
-    """Change layers so that they tell tops from bottoms.
-
-    Parameters
-    ----------
-    layers : list of (weights, bias)
-    lines : list of RenderedLine
-    steps : int
-    rng : numpy.random.Generator
-    """
-    optimiser = AdamW([one for pair in layers for one in pair])
-    for step in tqdm(range(steps), unit="step", disable=None):
-        _, slopes = loss_and_slopes(layers, batch_of(lines, rng))
-        optimiser.step(slopes, RATE * 0.5 * (1 + np.cos(np.pi * step / FALLING_STEPS)))
-
-
-def batch_of(lines: list[RenderedLine], rng: Rng) -> Batch:
-    """Some ends of some lines, turned over and mirrored at random."""
-    numbers: list[int] = rng.integers(len(lines), size=LINES_A_BATCH).tolist()
-    chosen = [lines[number] for number in numbers]
-    picked = [rng.integers(len(line.ends), size=ENDS_A_LINE) for line in chosen]
-    count = LINES_A_BATCH * ENDS_A_LINE
-    ends = np.concatenate([line.ends[which] for line, which in zip(chosen, picked, strict=True)])
-    references = np.concatenate([line.references for line in chosen])
-    images = [_mirrored(image, rng) for image in np.concatenate([ends, references])]
-    of = np.repeat(np.arange(LINES_A_BATCH), ENDS_A_LINE)
-    strange = rng.random(count) < SHARE_OF_WRONG_REFERENCES
-    of = np.where(strange, rng.integers(LINES_A_BATCH, size=count), of)
-    labels = np.concatenate([line.tops[which] for line, which in zip(chosen, picked, strict=True)])
-    planes = np.stack([relief(image) for image in images])
-    return Batch(planes, count + 2 * of, count + 2 * of + 1, labels.astype(np.float32))
-
-
-def _mirrored(image: NDArray[np.uint8], rng: Rng) -> NDArray[np.uint8]:
-    return image[:, ::-1] if rng.random() < 0.5 else image
-
-
-def loss_and_slopes(layers: Layers, batch: Batch) -> tuple[float, list[Array]]:
-    """Mean cross entropy of a batch, and its slope in every weight and bias, in the order of the layers.
-
-    Parameters
-    ----------
-    layers : list of (weights, bias)
-    batch : Batch
-
-    Returns
-    -------
-    loss : float
-    slopes : list of ndarray
-    """
-    (*convolutions, hidden, last), ends = layers, len(batch.labels)
-    around, planes = _planes(convolutions, batch.planes)
-    flat = planes[-1].reshape(len(batch.planes), -1, planes[-1].shape[-1])
-    highest = flat.argmax(axis=1)[:, None]
-    found = np.concatenate([flat.mean(axis=1), np.take_along_axis(flat, highest, axis=1)[:, 0]], axis=1)
-    of_end = found[:ends]
-    compared = np.concatenate([of_end, of_end - found[batch.top], of_end - found[batch.bottom]], axis=1)
-    inner = np.maximum(compared @ hidden[0] + hidden[1], 0)
-    odds = (inner @ last[0] + last[1])[:, 0]
-    wanted = batch.labels * CERTAINTY + (1 - CERTAINTY) / 2
-    loss = float(np.mean(np.logaddexp(0, odds) - wanted * odds))
-    back = ((1 / (1 + np.exp(-odds)) - wanted) / len(odds))[:, None]
-    slopes = [inner.T @ back, back.sum(axis=0)]
-    back = (back @ last[0].T) * (inner > 0)
-    slopes = [compared.T @ back, back.sum(axis=0), *slopes]
-    own, over_top, over_bottom = np.split(back @ hidden[0].T, 3, axis=1)
-    back = np.zeros_like(found)
-    back[:ends] = own + over_top + over_bottom
-    np.subtract.at(back, batch.top, over_top)
-    np.subtract.at(back, batch.bottom, over_bottom)
-    half = back.shape[1] // 2
-    spread = np.repeat(back[:, None, :half] / flat.shape[1], flat.shape[1], axis=1)
-    chosen = np.take_along_axis(spread, highest, axis=1) + back[:, None, half:]
-    np.put_along_axis(spread, highest, chosen, axis=1)
-    spread = cast("Array", spread.reshape(planes[-1].shape))
-    return loss, [*_slopes(convolutions, around, planes, spread), *cast("list[Array]", slopes)]
-
-
-def _planes(convolutions: Layers, planes: Array) -> tuple[list[Array], list[Array]]:
-    """What each convolution's kernels see, and the planes before and after each."""
-    around: list[Array] = []
-    every = [planes]
-    for weights, bias in convolutions:
-        around.append(_around(every[-1], len(weights)))
-        every.append(np.maximum(around[-1] @ weights.reshape(-1, weights.shape[-1]) + bias, 0))
-    return around, every
-
-
-def _slopes(convolutions: Layers, around: list[Array], planes: list[Array], spread: Array) -> list[Array]:
-    """Slopes of the loss in the convolutions' weights and biases, from those in their last planes."""
-    slopes: list[Array] = []
-    for number in reversed(range(CONVOLUTIONS)):
-        weights, seen = convolutions[number][0], around[number]
-        spread = spread * (planes[number + 1] > 0)
-        slope = seen.reshape(-1, seen.shape[-1]).T @ spread.reshape(-1, spread.shape[-1])
-        slopes = [slope.reshape(weights.shape), spread.sum(axis=(0, 1, 2)), *slopes]
-        if number:
-            spread = _scattered(spread @ weights.reshape(-1, weights.shape[-1]).T, planes[number].shape, len(weights))
-    return slopes
-
-
-def _padding(size: int, side: int) -> tuple[int, int]:
-    padding = max((-(-size // STRIDE) - 1) * STRIDE + side - size, 0)
-    return padding // 2, padding - padding // 2
-
-
-def _around(values: Array, side: int) -> Array:
-    """What each kernel sees, shape (n, rows, columns, side * side * channels)."""
-    pad = _padding(values.shape[1], side)
-    values = np.pad(values, ((0, 0), pad, pad, (0, 0)))
-    seen = np.lib.stride_tricks.sliding_window_view(values, (side, side), axis=(1, 2))[:, ::STRIDE, ::STRIDE]
-    return np.ascontiguousarray(seen.transpose(0, 1, 2, 4, 5, 3)).reshape(*seen.shape[:3], -1)
-
-
-def _scattered(slopes: Array, shape: tuple[int, ...], side: int) -> Array:
-    """Slopes of what kernels see, added up at the places that they see; the inverse of `_around`."""
-    pad = _padding(shape[1], side)
-    whole = np.zeros((shape[0], shape[1] + sum(pad), shape[2] + sum(pad), shape[3]), slopes.dtype)
-    parts = slopes.reshape(*slopes.shape[:3], side, side, shape[3])
-    rows, columns = STRIDE * slopes.shape[1], STRIDE * slopes.shape[2]
-    for down in range(side):
-        for right in range(side):
-            whole[:, down : down + rows : STRIDE, right : right + columns : STRIDE] += parts[:, :, :, down, right]
-    return whole[:, pad[0] : pad[0] + shape[1], pad[0] : pad[0] + shape[2]]
 
 
 if __name__ == "__main__":

@@ -12,8 +12,18 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from appliance.simulation.ingots.faces import FACE_CELLS, LABELS, TYPICAL, Label, Rng, face, random_looks
-from appliance.simulation.ingots.foreign_faces import foreign_face, no_stronger
+from appliance.simulation.ingots.faces import (
+    FACE_CELLS,
+    LABELS,
+    SHARE_OF_SCALED_BOTTOMS,
+    TYPICAL,
+    Label,
+    Rng,
+    face,
+    random_looks,
+)
+from appliance.simulation.ingots.foreign_faces import foreign_blemishes, foreign_face, foreign_skin, no_stronger
+from appliance.training.blemishes import soft_blemishes
 from vision.ingot.classifiers.similarity import SIZE
 
 Plane = NDArray[np.float32]
@@ -21,8 +31,9 @@ Picture = NDArray[np.uint8]
 
 SHARE_OF_FOREIGN_LINES = 0.6
 SHARE_OF_EQUAL_TOPS = 0.25  # of the lines: their reference shows the pattern of one of their tops
-LEAST_VISIBILITY = 0.5  # least relief of a top, in standard deviations of the camera's noise
+LEAST_VISIBILITY = 0.8  # chosen: least relief of a top's skin, in standard deviations of the camera's noise
 CODES_PER_LOG = 60.0  # grey values to one natural logarithm of light, at the usual exposure
+SHARE_OF_BADLY_CUT = 0.15  # of the pictures
 TRIES = 20
 _across = np.linspace(-1, 1, FACE_CELLS, dtype=np.float32)
 _x, _y = np.meshgrid(_across, _across)
@@ -92,54 +103,108 @@ def random_camera(rng: Rng) -> Camera:
     )
 
 
-def rendered_line(rng: Rng, faces: int, views: int) -> RenderedLine:
+class Mills(NamedTuple):
+    """What mills lines are drawn of, and how hard their ends are to tell.
+
+    Attributes
+    ----------
+    foreign : float
+        Share of lines of other mills.
+    scaled_bottoms : float
+        Share of our own mill's bottoms with large flakes and a recess.
+    soft_blemishes : bool
+        Whether more blemishes are added than such faces show anyway.
+    """
+
+    foreign: float = SHARE_OF_FOREIGN_LINES
+    scaled_bottoms: float = SHARE_OF_SCALED_BOTTOMS
+    soft_blemishes: bool = True
+
+
+MILLS = Mills()
+
+
+def rendered_line(rng: Rng, faces: int, views: int, mills: Mills = MILLS) -> RenderedLine:
     """A line of any mill.
 
     Parameters
     ----------
     rng : numpy.random.Generator
     faces : int
-        Ends beside the references, half of them tops.
+        Beside the references, half of them tops.
     views : int
-        Pictures of each.
+        Pictures of each, under other blemishes every time.
+    mills : Mills
     """
-    camera, foreign = random_camera(rng), bool(rng.random() < SHARE_OF_FOREIGN_LINES)
-    lights = [random_face(LABELS[number % 2], camera, rng, foreign=foreign) for number in range(faces)]
-    first = lights[0] if rng.random() < SHARE_OF_EQUAL_TOPS else _typical_face("top", rng, foreign=foreign)
+    camera, foreign = random_camera(rng), bool(rng.random() < mills.foreign)
+    drawn = [random_face(LABELS[number % 2], camera, rng, mills, foreign=foreign) for number in range(faces)]
+    first = drawn[0].light if rng.random() < SHARE_OF_EQUAL_TOPS else _typical_face("top", rng, foreign=foreign)
     second = _typical_face("bottom", rng, foreign=foreign)
     references = np.array([rendered_end(light, camera, rng) for light in (first, second)])
-    ends = np.array([rendered_end(light, camera, rng) for light in lights for _ in range(views)])
+    shown = [
+        one._replace(blemishes=one.blemishes * soft_blemishes(rng)) if mills.soft_blemishes else one
+        for one in drawn
+        for _ in range(views)
+    ]
+    ends = np.array([_perhaps_badly_cut(rendered_end(one.light, camera, rng), rng) for one in shown])
     return RenderedLine(references, ends, np.repeat(np.arange(faces) % 2 == 0, views))
+
+
+def _perhaps_badly_cut(image: Picture, rng: Rng) -> Picture:
+    """Some ends cut out by a circle that does not fit, as where glare or a second ingot touches them."""
+    if rng.random() > SHARE_OF_BADLY_CUT:
+        return image
+    scale, (x, y), middle = rng.uniform(0.85, 1.2), rng.normal(0, 2.5, 2), (SIZE - 1) / 2
+    moved = np.array([[scale, 0, (1 - scale) * middle + x], [0, scale, (1 - scale) * middle + y]])
+    return np.asarray(cv2.warpAffine(image, moved, (SIZE, SIZE), borderMode=cv2.BORDER_REPLICATE), np.uint8)
 
 
 def _typical_face(label: Label, rng: Rng, *, foreign: bool) -> Plane:
     return foreign_face(label, rng) if foreign else face(TYPICAL[label], rng)
 
 
-def random_face(label: Label, camera: Camera, rng: Rng, *, foreign: bool) -> Plane:
-    """Relative light of a face on which that camera can see whether it is a top.
+class Face(NamedTuple):
+    """What an end shows, as factors of light.
+
+    Attributes
+    ----------
+    skin : ndarray of float32, shape (FACE_CELLS, FACE_CELLS), or None
+        Of a top; a bottom has none.
+    blemishes : ndarray of float32, shape (FACE_CELLS, FACE_CELLS)
+    """
+
+    skin: Plane | None
+    blemishes: Plane
+
+    @property
+    def light(self) -> Plane:
+        """Relative light; blemishes of a top are never stronger than its skin."""
+        return self.blemishes if self.skin is None else no_stronger(self.skin, self.blemishes)
+
+
+def random_face(label: Label, camera: Camera, rng: Rng, mills: Mills, *, foreign: bool) -> Face:
+    """A face on which that camera can see whether it is a top.
 
     Parameters
     ----------
     label : {"top", "bottom"}
     camera : Camera
     rng : numpy.random.Generator
+    mills : Mills
     foreign : bool
         Whether it is another mill's.
-
-    Returns
-    -------
-    ndarray of float32, shape (FACE_CELLS, FACE_CELLS)
     """
-    light = np.ones((FACE_CELLS, FACE_CELLS), np.float32)
+    plain = np.ones((FACE_CELLS, FACE_CELLS), np.float32)
+    if label == "bottom":
+        return Face(
+            None, foreign_blemishes(rng) if foreign else face(random_looks(label, rng, mills.scaled_bottoms), rng)
+        )
+    skin = plain
     for _ in range(TRIES):
-        light = foreign_face(label, rng) if foreign else face(random_looks(label, rng), rng)
-        if label == "bottom" or _visibility(light, camera) > LEAST_VISIBILITY:
+        skin = foreign_skin(rng) if foreign else face(random_looks(label, rng, mills.scaled_bottoms), rng)
+        if _visibility(skin, camera) > LEAST_VISIBILITY:
             break
-    blemishes = soft_blemishes(rng)
-    if label == "top":
-        return no_stronger(light, blemishes)
-    return light * blemishes
+    return Face(skin, foreign_blemishes(rng) if foreign else plain)
 
 
 def _visibility(light: Plane, camera: Camera) -> float:
@@ -173,45 +238,6 @@ def rendered_end(light: Plane, camera: Camera, rng: Rng) -> Picture:
     scene = np.asarray(cv2.GaussianBlur(scene, (0, 0), blur_px), np.float32)
     peak = camera.peak * (rng.uniform(0.7, 1.4) if rng.random() < 0.8 else rng.uniform(1.4, 2.3))
     return _coded(np.maximum(scene * np.float32(peak) + np.float32(rng.uniform(0, 0.04)), 0), camera, rng)
-
-
-def soft_blemishes(rng: Rng) -> Plane:
-    """Soft dark patches, streaks in all or in one direction and a cooler middle, as factors of light."""
-    light = np.ones((FACE_CELLS, FACE_CELLS), np.float64)
-    if rng.random() < 0.5:
-        along, across = (math.exp(rng.uniform(math.log(2), math.log(14))) for _ in range(2))
-        rough = rng.standard_normal((FACE_CELLS, FACE_CELLS), dtype=np.float32)
-        rough = np.asarray(cv2.GaussianBlur(rough, (0, 0), along, sigmaY=across), np.float32)
-        middle = FACE_CELLS / 2, FACE_CELLS / 2
-        turn = cv2.getRotationMatrix2D(middle, rng.uniform(0, 180), 1)
-        rough = rough / np.float32(rough.std())
-        size = (FACE_CELLS, FACE_CELLS)
-        rough = np.asarray(cv2.warpAffine(rough, turn, size, borderMode=cv2.BORDER_REFLECT), np.float32)
-        patch = 1 / (1 + np.exp(-(rough - rng.uniform(0.5, 2.2)) / rng.uniform(0.1, 0.6)))
-        light = light * (1 - rng.uniform(0.05, 0.4) * patch)
-    if rng.random() < 0.5:
-        light = light * _streaks(rng)
-    if rng.random() < 0.4:
-        size, (x, y) = rng.uniform(0.2, 0.7), rng.normal(0, 0.2, 2)
-        distance = np.hypot(_x - x, _y - y) / size
-        cap = np.exp(-(distance ** rng.uniform(1.5, 5)) / 2)
-        light = light * (1 - rng.uniform(0.05, 0.35) * cap)
-    return light.astype(np.float32)
-
-
-def _streaks(rng: Rng) -> NDArray[np.float64]:
-    """Dark streaks with soft ends, near one another or all over, in one direction or in all."""
-    light = np.ones((FACE_CELLS, FACE_CELLS), np.float64)
-    direction, spread = rng.uniform(0, np.pi), rng.choice([0.15, 0.4, 3.0])
-    (middle_x, middle_y), reach = rng.uniform(-0.4, 0.4, 2), rng.uniform(0.25, 0.9)
-    longest, deepest = rng.uniform(1.5, 9), rng.uniform(0.06, 0.4)
-    for _ in range(int(rng.integers(1, 22))):
-        x, y = middle_x + reach * rng.uniform(-1, 1), middle_y + reach * rng.uniform(-1, 1)
-        turned, width, longer = direction + spread * rng.normal(), rng.uniform(0.012, 0.07), rng.uniform(1, longest)
-        u = ((_x - x) * np.cos(turned) + (_y - y) * np.sin(turned)) / (width * longer)
-        v = (-(_x - x) * np.sin(turned) + (_y - y) * np.cos(turned)) / width + rng.normal(0, 0.15) * u**2
-        light *= 1 - deepest * rng.uniform(0.3, 1) * np.exp(-(u**2 + v**2) / 2)
-    return light
 
 
 def _scene(face_light: Plane, camera: Camera, rng: Rng) -> Plane:

@@ -73,13 +73,20 @@ TYPICAL: dict[Label, Looks] = {
 }
 
 
-def random_looks(label: Label, rng: Rng) -> Looks:
+def random_looks(label: Label, rng: Rng, scaled_bottoms: float = SHARE_OF_SCALED_BOTTOMS) -> Looks:
     """What faces of one kind differ in; a part of both kinds is hard to tell from the other.
 
     Tops have 3 to 11 wrinkles across, of a contrast of 15 to 45 %, of faint ones 7 to 15 %, a relief of up to 20 %, a
     rim of 5 to 28 % of the radius and a recess of up to 25 %. Bottoms have a rim of 3 to 25 % and a recess of -3 to
     6 %, those with scale of up to 15 %; flakes of 20 to 45 % then cover 8 to 40 %, else those of 5 to 25 % up to 5
     (tops: 6) %. Mottling is 1 to 6 %; there are up to 1 scratch on tops and 5 on bottoms.
+
+    Parameters
+    ----------
+    label : {"top", "bottom"}
+    rng : numpy.random.Generator
+    scaled_bottoms : float
+        Share of the bottoms with scale.
     """
     if label == "top":
         faint = rng.random() < SHARE_OF_FAINT_TOPS
@@ -94,7 +101,7 @@ def random_looks(label: Label, rng: Rng) -> Looks:
             flake_depth=rng.uniform(0.05, 0.25),
             scratches=int(rng.integers(0, 2)),
         )
-    scaled = rng.random() < SHARE_OF_SCALED_BOTTOMS
+    scaled = rng.random() < scaled_bottoms
     return Looks(
         rim=rng.uniform(0.03, 0.25),
         recess=rng.uniform(0.0, 0.15) if scaled else rng.uniform(-0.03, 0.06),

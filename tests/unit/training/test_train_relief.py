@@ -1,20 +1,17 @@
-"""The network of relief: its slopes are those of its loss, and it learns what it is shown."""
+"""The network of relief: its slopes are those of its loss, it learns what it is shown, and training repeats itself."""
+
+import json
 
 import numpy as np
 import pytest
 
+from appliance.files.digest import file_sha256
 from appliance.simulation.ingots.cast_faces import cast_face
 from appliance.simulation.ingots.faces import LABELS
-from appliance.training import ingot_relief
-from appliance.training.ingot_relief import (
-    Batch,
-    batch_of,
-    first_layers,
-    loss_and_slopes,
-    train,
-    trained,
-    write,
-)
+from appliance.training import relief_batches
+from appliance.training.ingot_relief import SAMPLE, SEED, STAGES, described, train, trained, write
+from appliance.training.relief_batches import Batch, batch_of, layered, seen
+from appliance.training.relief_slopes import CERTAINTY, first_layers, loss_and_slopes
 from appliance.training.rendered_ends import RenderedLine, random_camera, rendered_end, rendered_line
 from vision.ingot.classifiers.classifier import Face
 from vision.ingot.classifiers.relief import MODEL, ReliefOdds, relief
@@ -43,6 +40,44 @@ def test_slopes_are_those_of_the_loss():
         assert (losses[0] - losses[1]) / 2e-6 == pytest.approx(slope[place], rel=1e-2)
 
 
+def test_what_is_trained_is_what_is_served():
+    rng = np.random.default_rng(3)
+    layers = first_layers(rng)
+    quarters = rng.integers(60, 200, (3, SIDE // 2, SIDE // 2)).astype(np.uint8)
+    top, bottom, end = np.pad(quarters, ((0, 0), (0, SIDE // 2), (0, SIDE // 2)), "symmetric")  # own mirror images
+    odds = log_odds(ReliefOdds(top, bottom, layers), end)
+    planes = np.stack([relief(image) for image in (end, top, bottom)])
+    batch = Batch(planes, np.array([1]), np.array([2]), np.array([1.0], np.float32))
+    share = CERTAINTY + (1 - CERTAINTY) / 2
+    entropy = share * np.logaddexp(0, -odds) + (1 - share) * np.logaddexp(0, odds)
+    assert loss_and_slopes(layers, batch)[0] == pytest.approx(entropy, rel=1e-4)
+
+
+def test_tops_that_show_no_more_than_flat_bottoms_are_left_out():
+    rng = np.random.default_rng(6)
+    line = line_of_bars(rng)
+    flat = line._replace(ends=np.where(line.tops[:, None, None], np.uint8(120), line.ends))
+    assert len(seen(flat).ends) == len(seen(line, 0.05).ends) == len(line.ends)
+    assert seen(flat, 0.05).tops.tolist() == [False] * 3
+
+
+def test_blemishes_of_a_bottom_are_laid_on_ends_and_never_stronger_than_a_tops_own_relief():
+    rng = np.random.default_rng(4)
+    ends = np.concatenate([rng.normal(0, (1, 1, 0), (8, SIDE, SIDE, 3)), rng.normal(0, (5, 5, 0), (8, SIDE, SIDE, 3))])
+    ends[..., 2] = 1
+    ends[8:, :8] = 0  # glare on the bottoms
+    tops = np.arange(16) < 8
+    ends = ends.astype(np.float32)
+    both = layered(ends, tops, rng)
+    changed = np.flatnonzero((both != ends).any(axis=(1, 2, 3)))
+    assert 0 < len(changed) < 16
+    for number in changed:
+        added = (both[number] - ends[number])[8:, ..., 0].std()
+        assert added <= (1.1 if tops[number] else 5.1)
+        assert not both[number, :8].any()
+    assert (layered(ends[:8], tops[:8], rng) == ends[:8]).all()
+
+
 def line_of_bars(rng):
     """A line whose tops show a dark bar."""
     tops = np.arange(6) % 2 == 0
@@ -54,31 +89,29 @@ def line_of_bars(rng):
 
 @pytest.fixture
 def small_batches(monkeypatch):
-    monkeypatch.setattr(ingot_relief, "LINES_A_BATCH", 6)
+    monkeypatch.setattr(relief_batches, "LINES_A_BATCH", 6)
 
 
 @pytest.mark.usefixtures("small_batches")
 def test_it_learns_what_tops_of_its_lines_have_in_common():
     rng = np.random.default_rng(1)
-    lines = [line_of_bars(rng) for _ in range(20)]
+    lines = [seen(line_of_bars(rng)) for _ in range(20)]
     layers = first_layers(rng)
-    train(layers, lines, 25, rng)
+    train(layers, lines, STAGES[0]._replace(steps=25), rng)
     loss, _ = loss_and_slopes(layers, batch_of(lines, rng))
     assert loss < 0.3
 
 
-@pytest.mark.usefixtures("small_batches")
-def test_the_command_gives_the_same_file_again(tmp_path):
-    for name in ("first.npz", "second.npz"):
-        write(trained(lines=2, steps=2), tmp_path / name)
-    assert (tmp_path / "first.npz").read_bytes() == (tmp_path / "second.npz").read_bytes()
-
-
-def test_the_network_that_is_shipped_is_small_and_of_the_shape_that_the_command_trains():
+def test_the_shipped_file_is_the_one_of_its_record_and_training_today_begins_as_it_did(tmp_path):
+    record = json.loads(MODEL.with_suffix(".json").read_text(encoding="utf-8"))
+    assert file_sha256(MODEL) == record["sha256"]
     assert MODEL.stat().st_size < 1_000_000
-    with np.load(MODEL) as model:
-        shapes = [model[f"{kind}{number}"].shape for number in range(6) for kind in "Wb"]
-    assert shapes == [one.shape for pair in first_layers(np.random.default_rng(0)) for one in pair]
+    assert (record["seed"], record["stages"]) == (SEED, [described(stage) for stage in STAGES])
+    runs = [trained(SAMPLE) for _ in range(2)]
+    assert runs[0].losses == pytest.approx(record["sample_losses"], rel=1e-3)
+    for name, run in zip(("first.npz", "second.npz"), runs, strict=True):
+        write(run.layers, tmp_path / name)
+    assert (tmp_path / "first.npz").read_bytes() == (tmp_path / "second.npz").read_bytes()
 
 
 def test_the_network_that_is_shipped_tells_ends_of_lines_it_has_not_seen():
