@@ -112,6 +112,16 @@ def test_corners_without_noise_give_the_rig_itself():
         assert camera.centre_mm == pytest.approx(truth.centre, abs=1e-3)
 
 
+def test_the_same_pictures_give_the_same_rig_to_the_last_bit():
+    setup = Setup(5)
+    first, *others = (setup.calibrate().rig for _ in range(3))
+    for other in others:
+        assert np.array_equal(other.covariance, first.covariance)
+        for camera, before in ((other.left, first.left), (other.right, first.right)):
+            for name in ("K", "dist", "R", "t"):
+                assert np.array_equal(getattr(camera, name), getattr(before, name)), name
+
+
 def test_k3_is_adjusted_only_where_the_lens_has_it():
     without, with_k3 = Setup(4).calibrate().rig, Setup(4, k3=2.0).calibrate().rig
     assert without.left.dist[4] == 0.0
