@@ -14,9 +14,10 @@ TEXT = (
     "Lines of other makers, each its own camera, lens, bar and barriers. rollers: over rollers whose ends show, "
     "barriers standing or hanging. plain: barriers that hang over a floor on which no rollers show. faces: as rollers, "
     "every other over a plain floor, but faces of any light between the floor's and the top's, and cameras that look "
-    "up to 5 degrees across the line. Two empty pictures, or none where the name says so. What is given is off as a tape is: the barriers' distance by 0.05 %, "
-    "their heights by 1 mm, the camera's by 10 mm, and the response's exponent by 0.02 (deviations); it is not given "
-    "where the name says so. Whether barriers hang is given in lower_edge_given alone."
+    "up to 5 degrees across the line. Two empty pictures, or none where the name says so. What is given is off as "
+    "a tape is: the barriers' distance by 0.05 %, their heights by 1 mm, the camera's by 10 mm, and the response's "
+    "exponent by 0.02 (deviations); it is not given where the name says so. Whether barriers hang is given in "
+    "lower_edge_given alone."
 )
 SEEDS = {  # the method was made on others, below 100
     "rollers": range(200, 320),
