@@ -1,6 +1,5 @@
 """Calibration from corners with known truth: what it states about itself must be what scatters."""
 
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -113,19 +112,22 @@ def test_corners_without_noise_give_the_rig_itself():
         assert camera.centre_mm == pytest.approx(truth.centre, abs=1e-3)
 
 
+def test_the_same_pictures_give_the_same_rig_to_the_last_bit():
+    setup = Setup(5)
+    first, *others = (setup.calibrate().rig for _ in range(3))
+    for other in others:
+        assert np.array_equal(other.covariance, first.covariance)
+        for camera, before in ((other.left, first.left), (other.right, first.right)):
+            for name in ("K", "dist", "R", "t"):
+                assert np.array_equal(getattr(camera, name), getattr(before, name)), name
+
+
 def test_k3_is_adjusted_only_where_the_lens_has_it():
     without, with_k3 = Setup(4).calibrate().rig, Setup(4, k3=2.0).calibrate().rig
     assert without.left.dist[4] == 0.0
     assert without.covariance[8, 8] == 0.0
     assert with_k3.left.dist[4] == pytest.approx(2.0, abs=4.0 * np.sqrt(with_k3.covariance[8, 8]))
     assert with_k3.covariance[8, 8] > 0.0
-
-
-def test_from_corners_it_takes_little_time():
-    setup = Setup(5)
-    started = time.process_time()
-    setup.calibrate()
-    assert time.process_time() - started < 1.5
 
 
 def test_a_false_grid_is_left_out_by_name_and_harms_nothing():

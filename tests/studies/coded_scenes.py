@@ -1,5 +1,6 @@
 """Ingots and fused pictures in the codings of cameras, against the same pictures without loss."""
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -69,6 +70,7 @@ def fused(seed, name):
     scene, gauge = drawn_bar(seed)
     coding = DEEPER_CODINGS[name]
     pair = [all_sent([picture] * coding.frames, coding)[-1] for picture in (scene.left, scene.right)]
+    gauge.resume((math.nan, math.nan))  # each coding as if no picture had come before
     reading = gauge.measure(*pair)
     return {"error_mm": rounded(reading.diameter_mm - scene.truth["diameter_mm"]) if reading.valid else None}
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from vision.calibration.checkerboard import Board
 from vision.calibration.rig import SIDES
@@ -16,6 +16,8 @@ QUARTER_TURN = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])  #
 LOW, HIGH = "low", "high"
 # chosen, radians and parts of the distance: poses of one board by each camera alone agree to a few hundredths
 APART_MOST = 0.2
+LENGTH_DECIMALS = 3  # chosen: pixels and mm; OpenCV's threads change the ninth, the adjustment finds all of them
+RATIO_DECIMALS = 6  # chosen: radians and distortion; the same, of the eleventh
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -220,12 +222,17 @@ def calibrate_one(views: Sequence[View], board: Board, image_size: tuple[int, in
             break
         misfits.append(kept.pop(worst))
     poses = {
-        view.board: Pose(rotation(np.asarray(omega, dtype=np.float64)), np.asarray(t, dtype=np.float64).ravel())
+        view.board: Pose(rotation(_rounded(omega, RATIO_DECIMALS)), _rounded(t, LENGTH_DECIMALS))
         for view, omega, t in zip(kept, omegas, translations, strict=True)
     }
-    K, dist = np.asarray(K, dtype=np.float64), np.asarray(dist, dtype=np.float64)
-    camera = Camera(K, dist.ravel()[:5], np.eye(3), np.zeros(3), image_size)
+    K = _rounded(K, LENGTH_DECIMALS).reshape(3, 3)
+    camera = Camera(K, _rounded(dist, RATIO_DECIMALS)[:5], np.eye(3), np.zeros(3), image_size)
     return OneCamera(camera, poses, misfits)
+
+
+def _rounded(found: ArrayLike, decimals: int) -> NDArray[np.float64]:
+    """Numbers of OpenCV's, which adds its threads' sums in any order: rounded, the same pictures give the same rig."""
+    return np.round(np.asarray(found, dtype=np.float64).ravel(), decimals)
 
 
 def relative_pose(left: Mapping[str, Pose], right: Mapping[str, Pose], hidden_turns: Sequence[int]) -> Relative:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hanging_disk import HangingDisk
 from modbus_wire import eventually
 
 from appliance.black_box import black_box as box_module
@@ -317,12 +318,13 @@ def test_without_a_directory_nothing_is_kept_in_memory_and_no_thread_runs(boxes)
 
 
 def test_adding_never_waits_while_a_recording_is_written(boxes, tmp_path, monkeypatch):
-    monkeypatch.setattr("appliance.black_box.recording_folder.os.fsync", lambda _: time.sleep(0.3))
+    disk = HangingDisk()
+    monkeypatch.setattr("appliance.black_box.recording_folder.os.fsync", disk.hang)
     box = boxes(tmp_path)
     fill(box)
     box.keep("request")
-    time.sleep(0.15)
-    begun_s = time.monotonic()
+    disk.wait_for_hanging()
     fill(box, 20)
-    assert time.monotonic() - begun_s < 0.25
+    assert disk.still_hangs
     assert not recordings(tmp_path)
+    disk.go_on()

@@ -6,6 +6,7 @@ import time
 from pathlib import Path
 
 import pytest
+from hanging_disk import HangingDisk
 from killed_writer import write_and_kill
 from modbus_wire import eventually
 
@@ -91,17 +92,17 @@ def test_a_row_with_the_same_key_takes_the_place_of_the_one_before(made, tmp_pat
 
 
 def test_nothing_waits_while_the_disk_hangs_and_what_is_too_much_is_dropped_readings_first(made, monkeypatch):
-    monkeypatch.setattr(database, "write", lambda *_: time.sleep(0.5))
+    disk = HangingDisk()
+    monkeypatch.setattr(database, "write", disk.hang)
     one = made()
-    time.sleep(0.1)  # it hangs in its first write
-    begun_s = time.perf_counter()
+    disk.wait_for_hanging()
     for number in range(12_000):
         one.put(reading(number))
-    elapsed_s = time.perf_counter() - begun_s
     assert one.dropped == 12_000 - writer.READINGS_WAITING_MAX
     one.put(bar(1))
     assert one.dropped == 12_000 - writer.READINGS_WAITING_MAX, "a bar has room where readings have none"
-    assert elapsed_s / 12_000 < 1e-4
+    assert disk.still_hangs
+    disk.go_on()
 
 
 def test_a_folder_that_cannot_be_made_is_trouble_until_it_can_and_no_row_is_lost(made, tmp_path):

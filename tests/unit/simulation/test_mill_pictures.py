@@ -220,7 +220,7 @@ def test_the_mill_delivers_no_pair_before_its_moment(source):
     with MillSource(seed=5, rate_hz=5) as camera:
         for _ in range(4):
             pair = camera.next(1.0)
-            assert 0 <= time.monotonic() - pair.exposed_monotonic_s < 0.15
+            assert time.monotonic() >= pair.exposed_monotonic_s
 
 
 def test_without_a_rate_every_frame_comes_in_order(source):
