@@ -221,7 +221,11 @@ def _conveyor_row(line: str, given: str, found: Summary) -> tuple[str, ...]:
 
 def conveyor_elsewhere() -> Rows:
     """Lines between barriers of other makers."""
-    lines = {"rollers": "over rollers, standing or hanging", "plain": "hanging over a plain floor"}
+    lines = {
+        "rollers": "over rollers, standing or hanging",
+        "plain": "hanging over a plain floor",
+        "faces": "faces of any light",
+    }
     given = {
         "lower_edge_given": "W, both heights, lower edge, response",
         "with_heights": "W, both heights, response",

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from vision.compression import compression_shift_px, correlated_px, quantiser_step, step_codes, u_place_px
 from vision.edges.shaded import ShadedCrossings, shaded_crossings
 from vision.geometry.robust_line import robust_line
-from vision.light import CLIPPED_CODE, ResponseCurve
+from vision.light import CLIPPED_CODE, ResponseCurve, half_level_doubts_px
 from vision.light_planes import Decoder
 from vision.readings import SizeReading
 from vision.reasons import Reason
@@ -40,6 +40,7 @@ CAMERA_MOVED_PX = 0.3  # chosen: a barrier further from its place in the empty p
 # Chosen on simulated lines other than those of docs/studies/coded_conveyor.json, where U holds with it: coders flatten
 # the fall of light towards a limb, which then lies further off than the edge of a straight step.
 CODED_LIMB_FACTOR = 1.2
+U_EXPONENT = 0.02  # chosen: standard uncertainty of a response's exponent that is given
 MEDIAN_FACTOR = 1.2533  # standard error of a median over that of a mean, sqrt(pi / 2)
 
 
@@ -70,7 +71,7 @@ class ConveyorGauge:
         As for `find_barriers`.
     response_exponent : float
         Code values follow light to this power. A response of 0.8 that is taken for 1 moves each edge of a bar by some
-        0.15 px outwards.
+        0.15 px outwards. One that is given, other than 1, counts as known to `U_EXPONENT`.
 
     Attributes
     ----------
@@ -102,7 +103,8 @@ class ConveyorGauge:
         if not 0 < response_exponent < np.inf:
             raise ValueError(f"response_exponent is {response_exponent}; a number above 0 is wanted")
         self._response_exponent = response_exponent
-        self._decoder = Decoder(ResponseCurve(1 / response_exponent))
+        self._response = _told_response(response_exponent)
+        self._decoder = Decoder(self._response)
         self._coding = max((picture.coding for picture in pictures), key=quantiser_step)
         self._empty: Plane = np.asarray(np.mean([self._light(picture) for picture in pictures], axis=0), np.float32)
         self._compensation_mm = compensation_mm
@@ -217,7 +219,7 @@ class ConveyorGauge:
         )
 
     def _uncompressed(self, ends: list[Array], limbs: tuple[_Limb, _Limb], coding: Coding) -> tuple[list[Array], float]:
-        """Ends of the bar moved back by what compression moved them, and the standard uncertainty of its width, px."""
+        """Ends of the bar moved back by what compression moved them, and the width's standard uncertainty by light."""
         plane = self._decoder.whole(coding)
         moved: list[Array] = []
         u_width_px = 0.0
@@ -225,7 +227,8 @@ class ConveyorGauge:
             inwards_px, u_inwards_px = compression_shift_px(coding, plane, limb.levels, limb.blur_px)
             crossed_px = abs(limb.line[0]) * np.ptp(limb.rows)
             place_px = CODED_LIMB_FACTOR * u_place_px(coding, step_codes(coding, plane, limb.levels), crossed_px)
-            u_width_px += float(np.hypot(u_inwards_px, place_px))
+            response_px = half_level_doubts_px(self._response, limb.levels, limb.blur_px)
+            u_width_px += float(np.linalg.norm([u_inwards_px, place_px, *response_px]))
             moved.append(end + np.array([outwards * inwards_px, 0.0]))
         return moved, u_width_px
 
@@ -234,6 +237,12 @@ class ConveyorGauge:
         assert isinstance(self.barriers, Barriers)  # noqa: S101  nothing is measured without
         step = step_codes(coding, self._decoder.whole(coding), self.barriers.levels)
         return u_place_px(coding, step, float(np.abs(self.barriers.lines[:, 0]).min()) * len(self._empty))
+
+
+def _told_response(exponent: float) -> ResponseCurve:
+    """Light of code values that follow it to a power, which is known to `U_EXPONENT` unless the camera is linear."""
+    u_inverse = 0.0 if exponent == 1.0 else U_EXPONENT / exponent**2
+    return ResponseCurve(1 / exponent, covariance=np.diag([u_inverse, 0.0, 0.0]) ** 2)
 
 
 def _scale(barriers: Barriers, reference: ConveyorReference, correlated_over_px: float) -> Scale:

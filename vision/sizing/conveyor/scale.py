@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, special
 
-from vision.sizing.conveyor.barrier_faces import FOCAL_SHARE, U_FOCAL_SHARE
+from vision.sizing.conveyor.barrier_faces import FOCAL_SHARE, MOST_ACROSS_SHARE, U_FOCAL_SHARE
 from vision.sizing.conveyor.barriers import Barriers
 from vision.sizing.conveyor.camera_view import (
     U_BARRIER_HEIGHT_MM,
@@ -137,7 +137,8 @@ def _assumed_views(barriers: Barriers, reference: ConveyorReference, view: Conve
     """Views over assumed quantities: for each, one in every equally probable part of its law, a rectangular one.
 
     Of barriers whose height is given the edge that is seen is as likely at an end of the law as between: a face as
-    light as the barrier's top shows its lower edge alone, one as dark as what lies beside it the upper one.
+    light as the barrier's top shows its lower edge alone, one as dark as what lies beside it the upper one. A camera
+    that would have to hang outside the barriers to look across the line by an angle does not look by that angle.
     """
     if view.u_plane_mm == 0:
         return []
@@ -149,11 +150,21 @@ def _assumed_views(barriers: Barriers, reference: ConveyorReference, view: Conve
     focal_shares = FOCAL_SHARE * (1 + places * U_FOCAL_SHARE)
     laws = [
         [conveyor_view(barriers, reference, edge_mm=float(edge_mm)) for edge_mm in edges_mm],
-        [replace(view, across_mm=view.across_mm + place * view.u_across_mm) for place in places.tolist()],
+        [replace(view, across_mm=float(across_mm)) for across_mm in _places_across_mm(view)],
     ]
     if reference.camera_height_mm is None:
         laws.append([conveyor_view(barriers, reference, float(share), view.plane_mm) for share in focal_shares])
     return laws
+
+
+def _places_across_mm(view: ConveyorView) -> Array:
+    """Middles of equally probable parts of the rectangular law of the camera's place, kept between the barriers."""
+    reach_mm = np.sqrt(3) * view.u_across_mm
+    most_mm = MOST_ACROSS_SHARE * view.spacing_mm
+    low_mm, high_mm = max(view.across_mm - reach_mm, -most_mm), min(view.across_mm + reach_mm, most_mm)
+    if low_mm >= high_mm:  # the lines contradict a camera between the barriers
+        low_mm, high_mm = view.across_mm - reach_mm, view.across_mm + reach_mm
+    return low_mm + (high_mm - low_mm) * (np.arange(LAW_PARTS) + 0.5) / LAW_PARTS
 
 
 def diameters_mm(view: ConveyorView, left_px: Array, right_px: Array) -> Array:

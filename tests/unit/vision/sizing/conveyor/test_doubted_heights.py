@@ -10,7 +10,7 @@ from appliance.simulation.thermal_line import random_thermal_line
 from vision.reasons import Reason
 from vision.sizing.conveyor import scale
 from vision.sizing.conveyor.beside_rollers import rollers_show
-from vision.sizing.conveyor.camera_view import ConveyorReference
+from vision.sizing.conveyor.camera_view import ConveyorReference, ConveyorView
 from vision.sizing.conveyor.gauge import ConveyorGauge
 
 SEED = 3  # a line whose barriers' faces show wider than the lens blurs
@@ -58,6 +58,29 @@ def test_the_interval_of_an_assumed_law_is_that_of_its_samples(u):
     assert np.mean((samples >= found[0]) & (samples <= found[1])) == pytest.approx(0.9545, abs=0.001)
 
 
+def looking(across_mm):
+    """A view whose lines look as if the camera hung that far beside the middle of 500 mm, or looked up to 5 degrees."""
+    return ConveyorView(np.zeros(2), 0.0, -3000.0, (-0.08, 0.08), 500.0, 50.0, 2700.0, across_mm, u_across_mm=136.0)
+
+
+@pytest.mark.parametrize(
+    ("across_mm", "ends_mm"),
+    [(0.0, (-225.0, 225.0)), (-200.0, (-225.0, 35.6)), (300.0, (64.4, 225.0)), (600.0, (364.4, 835.6))],
+)
+def test_a_camera_that_may_look_across_the_line_hangs_between_the_barriers(across_mm, ends_mm):
+    places_mm = scale._places_across_mm(looking(across_mm))
+    half_part_mm = np.ptp(ends_mm) / scale.LAW_PARTS / 2
+    assert [places_mm[0] - half_part_mm, places_mm[-1] + half_part_mm] == pytest.approx(ends_mm, abs=0.1)
+    assert np.diff(places_mm) == pytest.approx(2 * half_part_mm, abs=0.02)
+
+
+def test_a_told_response_is_doubted_by_as_much_as_another_one_changes_the_diameter():
+    line = random_thermal_line(SEED)
+    *empty, shown = line.pictures(2, 1)
+    told, other = (ConveyorGauge(empty, heights(line), response_exponent=one).measure(shown) for one in (0.9, 0.92))
+    assert told.u_light_mm == pytest.approx(other.diameter_mm - told.diameter_mm, rel=0.1)
+
+
 def test_faces_that_are_clearly_too_narrow_for_walls_lower_the_trust():
     line = hanging(52)
     reading = measured(line, heights(line))
@@ -75,7 +98,9 @@ def test_a_bar_that_is_wider_at_one_end_of_the_picture_is_doubted():
     *empty, shown = thin.pictures(2, 1)
     mixed = np.concatenate([shown[:240], thick.pictures(2, 1)[2][240:]])
     gauge = ConveyorGauge(empty, heights(line))
-    assert not gauge.measure(shown).reasons
+    even = gauge.measure(shown)
+    assert not even.reasons
+    assert even.u_light_mm == 0, "of a linear camera's picture without loss"
     assert gauge.measure(mixed).reasons == Reason.ROUTES_DISAGREE
 
 
