@@ -186,6 +186,22 @@ def half_level_doubts_px(response: Response, levels: tuple[Array, Array], blur_p
     return blur_px * special.ndtri(np.clip(0.5 + share, 0.01, 0.99))
 
 
+def half_level_shift_px(response: Response, codes: tuple[Array, Array], blur_px: float) -> float:
+    """How far half level of code values lies from half level of light, on the dark side of it.
+
+    Parameters
+    ----------
+    response : {"srgb", "linear", "gamma 2.2"} or ResponseCurve
+    codes : tuple of ndarray of float64, shape (n,)
+        Code values, 0 to 1, on the dark and on the bright side along the edge, of which the medians count.
+    blur_px : float
+        Standard deviation of the edge's blur.
+    """
+    dark, bright = (median(code) for code in codes)
+    low, half, high = light_of(np.array([dark, 0.5 * (dark + bright), bright]).clip(0.0, 1.0), response)
+    return -blur_px * float(special.ndtri((half - low) / (high - low)))
+
+
 def _axes(covariance: Array) -> Array:
     """Vectors of one standard uncertainty along the principal axes, shape (3, 3)."""
     variance, axes = np.linalg.eigh(covariance)

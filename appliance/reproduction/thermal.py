@@ -36,7 +36,7 @@ class Thermal(Experiment):
         """Mean and sigma of each frame by the four experiments, and the served diameter with its U."""
         line = random_thermal_line(case["seed"])
         empty, shown = _video(line, case["seed"])
-        gauge = ConveyorGauge(empty, ConveyorReference(line.spacing_mm, line.height_mm))
+        gauge = ConveyorGauge(empty, ConveyorReference(line.spacing_mm, line.height_mm), response_exponent=1.0)
         if not isinstance(gauge.barriers, Barriers):
             return {"barriers": gauge.barriers.names}
         result: Result = {}

@@ -232,7 +232,7 @@ def conveyor_elsewhere() -> Rows:
         "barrier_height": "W, barriers' height, response",
         "barrier_height_without_an_empty_picture": "the same, no empty picture",
         "spacing_only": "W, response",
-        "barrier_height_response_not_given": "W, barriers' height; response taken for 1",
+        "barrier_height_response_not_given": "W, barriers' height; response not given",
     }
     found = summary("conveyor_elsewhere")
     rows = [_conveyor_row(lines[a], given[b], found[a][b]) for a in lines for b in given]

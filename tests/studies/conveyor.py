@@ -69,7 +69,7 @@ def run(case):
     truth_mm = line.bar.diameter_mm
     result = {"truth_mm": round(truth_mm, 4)}
     for name, reference in known.items():
-        gauge = ConveyorGauge(empty, reference)
+        gauge = ConveyorGauge(empty, reference, response_exponent=1.0)
         reading = gauge.measure(shown[0])
         result[name] = {"valid": reading.valid, "reasons": reading.reasons.names}
         if reading.valid:

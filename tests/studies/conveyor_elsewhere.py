@@ -72,7 +72,7 @@ def run(case):
         "barrier_height": (empty, both, exponent),
         "barrier_height_without_an_empty_picture": ([shown], both, exponent),
         "spacing_only": (empty, ConveyorReference(spacing_mm), exponent),
-        "barrier_height_response_not_given": (empty, both, 1.0),
+        "barrier_height_response_not_given": (empty, both, None),
     }
     result = {"truth_mm": round(line.bar.diameter_mm, 4)}
     for name, (pictures, reference, told) in ways.items():

@@ -25,6 +25,7 @@ idle_after_s = 120
 [sizing.conveyor]
 barrier_mm = 600
 barrier_height_mm = 100
+response_exponent = 1
 [sizing.camera]
 kind = "mill"
 seed = {seed}

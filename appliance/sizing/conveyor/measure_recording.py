@@ -30,7 +30,7 @@ def measure_conveyor(
     background: Path | None = None,
     compensation_mm: float = 0.0,
     near_columns: tuple[float, float] | None = None,
-    response_exponent: float = 1.0,
+    response_exponent: float | None = None,
     plots: Path | None = None,
 ) -> list[str]:
     """Measure every frame; the output appears whole or not at all. Lines of a summary.
@@ -50,8 +50,8 @@ def measure_conveyor(
         Added to each diameter.
     near_columns : tuple of float, optional
         Columns of the barriers' inner edges in the middle row, where other pairs of edges show.
-    response_exponent : float
-        Code values follow light to this power.
+    response_exponent : float, optional
+        Code values follow light to this power; None: not known, which widens U.
     plots : Path, optional
         Folder for plots.
 

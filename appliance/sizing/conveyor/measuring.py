@@ -39,7 +39,7 @@ class ConveyorMeasuring(Measuring):
             "--response-exponent",
             type=float,
             metavar="G",
-            help="code values follow light to this power; 1 unless given",
+            help="code values follow light to this power; 1: a linear camera; wide U unless given",
         )
         group.add_argument(
             "--background", type=Path, metavar="FILE", help="the empty line; else the darkest frames are"
@@ -65,8 +65,8 @@ class ConveyorMeasuring(Measuring):
             raise CommandError(
                 f"--barrier-mm, --barrier-height-mm, --camera-height-mm, --barrier-lower-mm: {error}"
             ) from error
-        exponent = 1.0 if given.response_exponent is None else given.response_exponent
-        if not 0 < exponent < math.inf:
+        exponent = given.response_exponent
+        if exponent is not None and not 0 < exponent < math.inf:
             raise CommandError(f"--response-exponent: {exponent} is no number above 0")
         return measure_conveyor(
             given.recording,

@@ -52,8 +52,11 @@ class ConveyorLine(Section):
         default=[],
         description="Columns of the barriers' inner edges in the middle row; []: found in the picture",
     )
-    response_exponent: float = Field(
-        default=1.0, ge=0.3, le=3, description="Code values follow light to this power; 1: a linear camera"
+    response_exponent: float | None = Field(
+        default=None,
+        ge=0.3,
+        le=3,
+        description="Code values follow light to this power; 1: a linear camera; not set: not known, which widens U",
     )
     compensation_mm: float = Field(
         default=0.0, ge=-50, le=50, description="Added to every diameter", json_schema_extra=unit("mm")

@@ -138,6 +138,7 @@ def test_a_file_that_is_no_text_is_named(tmp_path):
 NOT_SET = {
     "sizing.ovality_mm",
     "sizing.conveyor.barrier_lower_mm",
+    "sizing.conveyor.response_exponent",
     "sizing.set_points.target_mm",
     "sizing.set_points.tolerance_plus_mm",
     "sizing.set_points.tolerance_minus_mm",

@@ -74,7 +74,8 @@ def saved(path, image):
 
 
 def test_the_simulated_line_is_measured_as_it_is(start):
-    station = start({"kind": "mill", "seed": 11, "rate_hz": 60.0}, {"barrier_mm": 600.0, "barrier_height_mm": 100.0})
+    told = {"barrier_mm": 600.0, "barrier_height_mm": 100.0, "response_exponent": 1.0}
+    station = start({"kind": "mill", "seed": 11, "rate_hz": 60.0}, told)
     valid, without = 0, 0
     while valid < 40 or not without:
         message = station.hear_until(ReadingMessage)

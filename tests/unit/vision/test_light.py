@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy import special
 
-from vision.light import UNKNOWN_RESPONSE, decoding_table
+from vision.light import UNKNOWN_RESPONSE, decoding_table, half_level_shift_px
 
 
 @pytest.mark.parametrize("response", ["srgb", "linear", "gamma 2.2"])
@@ -34,3 +35,15 @@ def test_a_power_law_is_inverted():
 def test_an_unknown_response_is_refused_by_name():
     with pytest.raises(ValueError, match=r"response is 'log'.*srgb"):
         decoding_table("log")
+
+
+@pytest.mark.parametrize(("dark", "bright", "blur_px"), [(0.02, 0.9, 0.8), (0.2, 0.6, 1.5)])
+def test_half_level_of_codes_lies_where_the_codes_of_a_blurred_edge_are_halfway(dark, bright, blur_px):
+    place_px = np.linspace(-8.0, 8.0, 4001)
+    light = dark + (bright - dark) * special.ndtr(place_px / blur_px)
+    code = light ** (1 / 2.2)
+    halfway_px = np.interp(0.5 * (code[0] + code[-1]), code, place_px)
+    shift_px = half_level_shift_px("gamma 2.2", (code[:1], code[-1:]), blur_px)
+    assert shift_px == pytest.approx(-halfway_px, abs=1e-3)
+    assert shift_px > 0.1
+    assert half_level_shift_px("linear", (code[:1], code[-1:]), blur_px) == pytest.approx(0.0, abs=1e-9)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from vision.compression import compression_shift_px, correlated_px, quantiser_step, step_codes, u_place_px
 from vision.edges.shaded import ShadedCrossings, shaded_crossings
 from vision.geometry.robust_line import robust_line
-from vision.light import CLIPPED_CODE, ResponseCurve, half_level_doubts_px
+from vision.light import CLIPPED_CODE, ResponseCurve, half_level_doubts_px, half_level_shift_px
 from vision.light_planes import Decoder
 from vision.readings import SizeReading
 from vision.reasons import Reason
@@ -69,9 +69,10 @@ class ConveyorGauge:
         Greatest minus least width that a section may have.
     near_columns : tuple of float, optional
         As for `find_barriers`.
-    response_exponent : float
-        Code values follow light to this power. A response of 0.8 that is taken for 1 moves each edge of a bar by some
-        0.15 px outwards. One that is given, other than 1, counts as known to `U_EXPONENT`.
+    response_exponent : float or None
+        Code values follow light to this power; 1 of a linear camera. One that is given, other than 1, counts as known
+        to `U_EXPONENT`. None, not known: the camera is taken for a linear one, and U covers what a camera of sRGB
+        would make of the bar's edges; a response of 0.8 that is taken for 1 moves each by some 0.15 px outwards.
 
     Attributes
     ----------
@@ -93,17 +94,18 @@ class ConveyorGauge:
         ovality_mm: float = 0.0,
         *,
         near_columns: tuple[float, float] | None = None,
-        response_exponent: float = 1.0,
+        response_exponent: float | None = None,
     ) -> None:
         pictures = [SentPicture.of(picture) for picture in empty]
         if len({picture.size for picture in pictures}) != 1:
             raise ValueError("empty: at least one picture of the empty line is wanted, all of one size")
         if not np.isfinite(compensation_mm):
             raise ValueError(f"compensation_mm is {compensation_mm}; a number of millimetres is wanted")
-        if not 0 < response_exponent < np.inf:
+        if response_exponent is not None and not 0 < response_exponent < np.inf:
             raise ValueError(f"response_exponent is {response_exponent}; a number above 0 is wanted")
-        self._response_exponent = response_exponent
-        self._response = _told_response(response_exponent)
+        self._response_is_known = response_exponent is not None
+        self._response_exponent = 1.0 if response_exponent is None else response_exponent
+        self._response = _told_response(self._response_exponent)
         self._decoder = Decoder(self._response)
         self._coding = max((picture.coding for picture in pictures), key=quantiser_step)
         self._empty: Plane = np.asarray(np.mean([self._light(picture) for picture in pictures], axis=0), np.float32)
@@ -190,7 +192,8 @@ class ConveyorGauge:
         by_window = diameters_mm(view, *ends)
         diameter_mm = float(np.median(by_window))
         calibration_mm, model_mm = scale.u_view_mm(ends, diameter_mm, self._u_barriers_px(barriers_coding))
-        light_mm = diameter_mm * u_light_px / abs(float(np.mean(ends[1][:, 0] - ends[0][:, 0])))
+        mm_per_px = diameter_mm / abs(float(np.mean(ends[1][:, 0] - ends[0][:, 0])))
+        light_mm = mm_per_px * u_light_px
         edge_mm = float(MEDIAN_FACTOR * by_window.std() / np.sqrt(len(by_window)))
         other_mm = float(np.linalg.norm([edge_mm, calibration_mm, self._u_shape_mm, light_mm]))
         correction_mm, u_mm = scale.assumed_law_mm(ends, diameter_mm, float(np.hypot(other_mm, model_mm)))
@@ -199,7 +202,9 @@ class ConveyorGauge:
         expanded_mm = 2 * u_mm
         middle = 0.5 * (view.tangent(ends[0]) + view.tangent(ends[1]))
         rows = np.mean([end[:, 1] for end in ends], axis=0)
-        doubts = Reason.ROUTES_DISAGREE if _change_along(rows, by_window) > expanded_mm else Reason.NONE
+        # what is not known of the response moves both ends of the bar alike, and hides no change between them
+        along_mm = 2 * float(np.sqrt(u_mm**2 - (mm_per_px * self._u_unknown_response_px(limbs)) ** 2))
+        doubts = Reason.ROUTES_DISAGREE if _change_along(rows, by_window) > along_mm else Reason.NONE
         if view.narrow_faces:
             doubts |= Reason.ROUTES_DISAGREE | Reason.BARRIER_HEIGHT
         return SizeReading(
@@ -230,7 +235,13 @@ class ConveyorGauge:
             response_px = half_level_doubts_px(self._response, limb.levels, limb.blur_px)
             u_width_px += float(np.linalg.norm([u_inwards_px, place_px, *response_px]))
             moved.append(end + np.array([outwards * inwards_px, 0.0]))
-        return moved, u_width_px
+        return moved, float(np.hypot(u_width_px, self._u_unknown_response_px(limbs)))
+
+    def _u_unknown_response_px(self, limbs: tuple[_Limb, _Limb]) -> float:
+        """Standard uncertainty of the width by a response that was not given: U reaches to what sRGB makes of it."""
+        if self._response_is_known:
+            return 0.0
+        return 0.5 * sum(half_level_shift_px("srgb", limb.levels, limb.blur_px) for limb in limbs)
 
     def _u_barriers_px(self, coding: Coding) -> float:
         """Standard uncertainty of a barrier's place by compression, of the one that leans less."""

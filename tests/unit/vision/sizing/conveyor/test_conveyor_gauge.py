@@ -36,7 +36,9 @@ def reference_of(line, *, camera_known=True):
 
 def measured(line, *, camera_known=True):
     pictures = line.pictures(2, 1)
-    return ConveyorGauge(pictures[:2], reference_of(line, camera_known=camera_known)).measure(pictures[2])
+    return ConveyorGauge(pictures[:2], reference_of(line, camera_known=camera_known), response_exponent=1.0).measure(
+        pictures[2]
+    )
 
 
 def drawn_barriers(camera, spacing_mm, height_mm=0.0):
@@ -111,11 +113,13 @@ def test_what_a_tape_leaves_open_of_a_height_counts_as_much_as_it_moves_the_diam
 ):
     line = line_of()
     pictures, reference = line.pictures(2, 1), reference_of(line)
-    reading = ConveyorGauge(pictures[:2], reference).measure(pictures[2])
+    reading = ConveyorGauge(pictures[:2], reference, response_exponent=1.0).measure(pictures[2])
     taped = replace(reference, **{field: getattr(reference, field) + off_mm})
-    moved_mm = ConveyorGauge(pictures[:2], taped).measure(pictures[2]).diameter_mm - reading.diameter_mm
+    moved_mm = (
+        ConveyorGauge(pictures[:2], taped, response_exponent=1.0).measure(pictures[2]).diameter_mm - reading.diameter_mm
+    )
     monkeypatch.setattr(scale, constant, 0.0)
-    without = ConveyorGauge(pictures[:2], reference).measure(pictures[2])
+    without = ConveyorGauge(pictures[:2], reference, response_exponent=1.0).measure(pictures[2])
     counted_mm = np.sqrt(reading.u_model_mm**2 - without.u_model_mm**2)
     assert abs(moved_mm) > 0.001
     assert counted_mm == pytest.approx(abs(moved_mm), rel=0.1)
@@ -157,7 +161,7 @@ def test_a_bar_at_a_barrier_would_be_wrong_if_nobody_looked(monkeypatch):
 def moved_since(line):
     """A gauge whose background was taken before the camera sank by 1.5 %, and a picture taken after."""
     sunk = replace(line, camera=replace(thermal_camera(0.985 * CAMERA_MM, 0.985 * 800.0), K=line.camera.K))
-    return ConveyorGauge(line.pictures(2, 0), reference_of(line)).measure(sunk.pictures(0, 1)[0])
+    return ConveyorGauge(line.pictures(2, 0), reference_of(line), response_exponent=1.0).measure(sunk.pictures(0, 1)[0])
 
 
 def test_a_camera_that_has_moved_since_its_background_gives_no_value():
@@ -174,7 +178,7 @@ def test_a_camera_that_has_moved_would_be_wrong_if_nobody_looked(monkeypatch):
 
 def test_a_barrier_that_something_hides_while_a_bar_is_there_gives_no_value():
     line = line_of()
-    reading = ConveyorGauge(line.pictures(2, 0), reference_of(line)).measure(
+    reading = ConveyorGauge(line.pictures(2, 0), reference_of(line), response_exponent=1.0).measure(
         replace(line, hidden="left", hidden_from_mm=-5000.0).pictures(0, 1)[0]
     )
     assert not reading.valid
@@ -195,7 +199,9 @@ def test_a_camera_that_looks_across_the_line_measures_as_well(aside_deg, known):
     height_mm = None if known == "nothing" else line.height_mm
     camera_mm = CAMERA_MM if known.endswith("camera's height") else None
     pictures = line.pictures(3, 1)
-    reading = ConveyorGauge(pictures[:3], ConveyorReference(500.0, height_mm, camera_mm)).measure(pictures[3])
+    reading = ConveyorGauge(
+        pictures[:3], ConveyorReference(500.0, height_mm, camera_mm), response_exponent=1.0
+    ).measure(pictures[3])
     assert reading.valid
     assert abs(reading.diameter_mm - BAR.diameter_mm) <= reading.expanded_uncertainty_mm
     assert reading.expanded_uncertainty_mm < (5.0 if known == "nothing" else 0.6)
@@ -287,7 +293,7 @@ def test_wrong_calls_are_named():
     with pytest.raises(ValueError, match="empty"):
         ConveyorGauge([], ConveyorReference(500.0))
     with pytest.raises(ValueError, match="picture"):
-        ConveyorGauge(pictures, ConveyorReference(500.0)).measure(pictures[0][:100])
+        ConveyorGauge(pictures, ConveyorReference(500.0), response_exponent=1.0).measure(pictures[0][:100])
 
 
 @pytest.fixture(scope="module")
@@ -364,7 +370,7 @@ def test_measure_refuses_conveyor_options_that_cannot_be_in_one_sentence(recordi
 def test_a_black_hot_camera_is_not_an_empty_line():
     line = line_of()
     pictures = [255 - picture for picture in line.pictures(2, 1)]
-    reading = ConveyorGauge(pictures[:2], reference_of(line)).measure(pictures[2])
+    reading = ConveyorGauge(pictures[:2], reference_of(line), response_exponent=1.0).measure(pictures[2])
     assert reading.reasons.names == ["edge_not_found", "low_contrast"]
 
 
@@ -374,8 +380,10 @@ def test_a_camera_that_dims_the_line_for_the_bar_is_not_an_empty_line(dimmed_by,
     *empty, shown = (picture.astype(np.float64) for picture in line.pictures(2, 1))
     gain = 255 / max(picture.max() for picture in empty)
     empty = [np.rint(gain * picture).astype(np.uint8) for picture in empty]  # stretched to full scale
-    reading = ConveyorGauge(empty, reference_of(line)).measure(np.rint(dimmed_by * shown).astype(np.uint8))
+    reading = ConveyorGauge(empty, reference_of(line), response_exponent=1.0).measure(
+        np.rint(dimmed_by * shown).astype(np.uint8)
+    )
     assert reading.reasons.names == reasons
     if not reasons:  # brighter than the empty line all the same
         assert abs(reading.diameter_mm - BAR.diameter_mm) <= reading.expanded_uncertainty_mm
-    assert ConveyorGauge(empty, reference_of(line)).measure(empty[0]).reasons.names == ["no_bar"]
+    assert ConveyorGauge(empty, reference_of(line), response_exponent=1.0).measure(empty[0]).reasons.names == ["no_bar"]

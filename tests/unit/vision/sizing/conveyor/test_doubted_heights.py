@@ -24,7 +24,7 @@ def heights(line, factor=1.0):
 def test_barriers_that_are_lower_than_was_said_give_no_value_or_one_that_says_so(factor, known):
     line = random_thermal_line(SEED)
     *empty, shown = line.pictures(2, 1)
-    reading = ConveyorGauge(empty, heights(line, factor)).measure(shown)
+    reading = ConveyorGauge(empty, heights(line, factor), response_exponent=1.0).measure(shown)
     assert not reading.valid or abs(reading.diameter_mm - line.bar.diameter_mm) <= reading.expanded_uncertainty_mm
     assert (reading.valid and reading.expanded_uncertainty_mm < 0.5) is known
 
@@ -81,6 +81,25 @@ def test_a_told_response_is_doubted_by_as_much_as_another_one_changes_the_diamet
     assert told.u_light_mm == pytest.approx(other.diameter_mm - told.diameter_mm, rel=0.1)
 
 
+def test_a_response_that_is_not_told_is_taken_for_a_linear_one_and_u_reaches_to_srgb():
+    line = random_thermal_line(SEED)
+    *empty, shown = line.pictures(2, 1)
+    linear, unknown = (ConveyorGauge(empty, heights(line), response_exponent=one).measure(shown) for one in (1.0, None))
+    *empty, shown = (srgb_decoded(picture) for picture in (*empty, shown))
+    srgb = ConveyorGauge(empty, heights(line), response_exponent=1.0).measure(shown)
+    assert linear.u_light_mm == 0.0
+    assert unknown.diameter_mm == pytest.approx(linear.diameter_mm, abs=0.1)
+    assert 2 * unknown.u_light_mm == pytest.approx(linear.diameter_mm - srgb.diameter_mm, rel=0.2)
+    assert abs(unknown.diameter_mm - srgb.diameter_mm) <= unknown.expanded_uncertainty_mm
+
+
+def srgb_decoded(picture):
+    """The light that a picture would show, in 16 bits, were its codes those of sRGB (IEC 61966-2-1)."""
+    code = picture / 255
+    light = np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
+    return np.rint(65535 * light).astype(np.uint16)
+
+
 def test_faces_that_are_clearly_too_narrow_for_walls_lower_the_trust():
     line = hanging(52)
     reading = measured(line, heights(line))
@@ -97,11 +116,13 @@ def test_a_bar_that_is_wider_at_one_end_of_the_picture_is_doubted():
     thin, thick = (replace(line, bar=replace(line.bar, diameter_mm=one)) for one in (160.0, 168.0))
     *empty, shown = thin.pictures(2, 1)
     mixed = np.concatenate([shown[:240], thick.pictures(2, 1)[2][240:]])
-    gauge = ConveyorGauge(empty, heights(line))
+    gauge = ConveyorGauge(empty, heights(line), response_exponent=1.0)
     even = gauge.measure(shown)
     assert not even.reasons
     assert even.u_light_mm == 0, "of a linear camera's picture without loss"
     assert gauge.measure(mixed).reasons == Reason.ROUTES_DISAGREE
+    unknown = ConveyorGauge(empty, heights(line)).measure(mixed)
+    assert unknown.reasons == Reason.ROUTES_DISAGREE, "a response that is not known moves both ends alike"
 
 
 @pytest.mark.parametrize("first", [0, 25, 60])

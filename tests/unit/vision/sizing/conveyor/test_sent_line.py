@@ -25,7 +25,7 @@ def pictures():
 
 def measured(pictures, name):
     *empty, shown = all_sent(pictures, DEEPER_CODINGS[name])
-    return ConveyorGauge(empty, REFERENCE).measure(shown)
+    return ConveyorGauge(empty, REFERENCE, response_exponent=1.0).measure(shown)
 
 
 def test_luma_of_limited_range_is_light_from_16_to_235():
@@ -52,7 +52,7 @@ def test_grey_of_colours_and_of_a_mosaic_is_that_of_the_picture_shown():
 
 def test_deep_pictures_measure_the_bar_of_the_8_bit_ones(pictures):
     fine = [SentPicture.of(one) for one in deep(pictures)]
-    reading = ConveyorGauge(fine[:2], REFERENCE).measure(fine[2])
+    reading = ConveyorGauge(fine[:2], REFERENCE, response_exponent=1.0).measure(fine[2])
     assert reading.u_light_mm == 0.0
     assert reading.diameter_mm == pytest.approx(measured(pictures, "png").diameter_mm, abs=0.05)
 
@@ -68,5 +68,5 @@ def test_u_of_a_coded_line_holds_and_says_that_it_was_coded(pictures, name):
 def test_a_picture_of_the_empty_line_that_was_stored_without_loss_is_doubted_as_its_camera_s(pictures):
     *empty, shown = all_sent(pictures, DEEPER_CODINGS["h264 crf 28"])
     stored = [SentPicture(one.shown, one.measured, replace(one.coding, compression="none")) for one in empty]
-    told, untold = (ConveyorGauge(one, REFERENCE).measure(shown) for one in (empty, stored))
+    told, untold = (ConveyorGauge(one, REFERENCE, response_exponent=1.0).measure(shown) for one in (empty, stored))
     assert untold.expanded_uncertainty_mm == pytest.approx(told.expanded_uncertainty_mm, rel=0.05)
