@@ -16,7 +16,7 @@ from tqdm import tqdm
 
 from appliance.files.digest import file_sha256
 from appliance.training.adamw import AdamW
-from appliance.training.edge_forest import check_output
+from appliance.training.edge_forest import TrainingError, check_output
 from appliance.training.relief_batches import SeenLine, batch_of, seen
 from appliance.training.relief_slopes import first_layers, loss_and_slopes
 from appliance.training.rendered_ends import MILLS, Mills, RenderedLine, rendered_line
@@ -128,9 +128,12 @@ class Record(NamedTuple):
 def main() -> None:
     """Draw, train, write the model and its record."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--output", type=Path, default=MODEL)
+    parser.add_argument("--output", type=Path, default=MODEL, help="model to write, .npz; the served one by default")
     output: Path = parser.parse_args().output
-    check_output(output)
+    try:
+        check_output(output)
+    except TrainingError as error:
+        parser.error(str(error))
     started = time.process_time()
     write(trained(STAGES).layers, output)
     record = Record(

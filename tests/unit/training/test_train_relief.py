@@ -9,7 +9,7 @@ from appliance.files.digest import file_sha256
 from appliance.simulation.ingots.cast_faces import cast_face
 from appliance.simulation.ingots.faces import LABELS
 from appliance.training import relief_batches
-from appliance.training.ingot_relief import SAMPLE, SEED, STAGES, described, train, trained, write
+from appliance.training.ingot_relief import SAMPLE, SEED, STAGES, described, main, train, trained, write
 from appliance.training.relief_batches import Batch, batch_of, layered, seen
 from appliance.training.relief_slopes import CERTAINTY, first_layers, loss_and_slopes
 from appliance.training.rendered_ends import RenderedLine, random_camera, rendered_end, rendered_line
@@ -112,6 +112,14 @@ def test_the_shipped_file_is_the_one_of_its_record_and_training_today_begins_as_
     for name, run in zip(("first.npz", "second.npz"), runs, strict=True):
         write(run.layers, tmp_path / name)
     assert (tmp_path / "first.npz").read_bytes() == (tmp_path / "second.npz").read_bytes()
+
+
+def test_a_folder_that_is_missing_is_told_before_the_training(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["ingot_relief", "--output", str(tmp_path / "none" / "relief.npz")])
+    with pytest.raises(SystemExit) as stopped:
+        main()
+    assert stopped.value.code == 2
+    assert "no such folder; make it first" in capsys.readouterr().err
 
 
 def test_the_network_that_is_shipped_tells_ends_of_lines_it_has_not_seen():
