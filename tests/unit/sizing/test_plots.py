@@ -62,13 +62,16 @@ def test_a_typo_is_one_sentence(line, capsys, options, said):
     assert not (line / "x.csv").exists()
 
 
-def test_a_conveyor_is_measured_and_drawn(tmp_path):
+def test_a_conveyor_is_measured_and_drawn(tmp_path, capsys):
     line = ThermalLine(thermal_camera(), bar=Bar(165.0, 20.0), seed=1)
     write_thermal_recording(tmp_path / "thermal", line, empty=2, frames=3)
     output, plots = tmp_path / "sizes.csv", tmp_path / "plots"
     words = ["measure", str(tmp_path / "thermal"), "--method", "conveyor", "--barrier-mm", "500"]
     assert cli.main([*words, "--output", str(output), "--plot", str(plots)]) == 0
+    assert "--response-exponent" in capsys.readouterr().out
     assert len(output.read_text().splitlines()) == 6
+    assert cli.main([*words, "--response-exponent", "1", "--output", str(output)]) == 0
+    assert "--response-exponent" not in capsys.readouterr().out
     rows = [row.split(",") for row in (plots / "experiments.csv").read_text().splitlines()[1:]]
     assert {row[0] for row in rows} == {"1", "2", "3", "4"}
     assert len(rows) == 4 * 3
