@@ -22,7 +22,7 @@ TEXT = (
 SEEDS = {"ingot": 2, "fused": 9}
 NAMES = ("png", "png 16 bit", "jpeg 4:2:0 q90", "jpeg 4:2:0 q75", "h264 crf 18", "h264 crf 23", "h264 crf 28")
 FUSION = "db4"
-SAMPLE = 3
+SAMPLE = 1
 
 
 def cases():

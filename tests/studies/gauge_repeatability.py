@@ -18,7 +18,7 @@ SEEDS = range(1000, 1006)
 FRAMES = 24
 FRAMES_OF_BAR = 8  # a bar that passes in a third of a second at 25 frames a second
 FRAME_PERIOD_S = 0.04
-SAMPLE = 2
+SAMPLE = 1
 TOLERANCE_MM = 4.0
 
 

@@ -30,7 +30,7 @@ SIMULATED = ("mixed", "foreign", "cast")
 RECORDED = {"ingot_line": 4, "ingot_line_b": 8}
 EARLY_FRAMES = 10
 LATER_STEP = 4  # of the frames after the first 20 placed ones, when most ingots are decided
-SAMPLE = 2
+SAMPLE = 1
 RECORDINGS = Path(os.environ.get("HOTGAUGE_RECORDINGS", Path(__file__).parents[3] / "shared" / "recordings"))
 
 

@@ -21,7 +21,7 @@ TEXT = (
 )
 DEGREES = (0.02, 0.05)
 SEEDS = range(5000, 5060)
-SAMPLE = 2
+SAMPLE = 1
 
 
 def cases():

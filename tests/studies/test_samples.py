@@ -7,7 +7,7 @@ import pytest
 
 from studies.__main__ import NAMES, RESULTS, row, study
 
-SAMPLE = 3  # unless the study says otherwise, because its cases take long
+SAMPLE = 2  # unless the study says otherwise, because its cases take long
 REPEATABLE = [name for name in NAMES if getattr(study(name), "REPEATABLE", True)]
 
 
