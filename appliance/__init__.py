@@ -7,5 +7,5 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # Read by the C library when a process starts, so by the stations that the supervisor starts: with one heap for all
-# threads a station holds 25 MB less and computes no slower (benchmarks/README.md).
+# threads a station holds 13 to 29 MB less and computes no slower (benchmarks/README.md).
 os.environ.setdefault("MALLOC_ARENA_MAX", "1")

@@ -18,7 +18,7 @@ from appliance.sizing.summary import Summary
 from vision.sizing.conveyor.camera_view import ConveyorReference
 from vision.sizing.conveyor.gauge import ConveyorGauge
 
-UNKNOWN_RESPONSE = "  U counts the camera's response as not known: give --response-exponent, 1 for a linear camera"
+RESPONSE_HINT = "  U counts the camera's response as not known: give --response-exponent, 1 for a linear camera"
 EMPTY_LINE_CAUSE = "does no frame show the line empty? give a picture of it with --background; are the barriers seen?"
 
 
@@ -95,4 +95,4 @@ def measure_conveyor(
     if drawing is not None:
         drawing.write()
     lines = summary.lines(EMPTY_LINE_CAUSE if summary.says_nothing and background is None else "")
-    return lines if response_exponent is not None or not summary.valid else [*lines, UNKNOWN_RESPONSE]
+    return lines if response_exponent is not None or not summary.valid else [*lines, RESPONSE_HINT]

@@ -193,7 +193,8 @@ class ConveyorGauge:
         diameter_mm = float(np.median(by_window))
         calibration_mm, model_mm = scale.u_view_mm(ends, diameter_mm, self._u_barriers_px(barriers_coding))
         mm_per_px = diameter_mm / abs(float(np.mean(ends[1][:, 0] - ends[0][:, 0])))
-        light_mm = mm_per_px * u_light_px
+        unknown_mm = mm_per_px * self._u_unknown_response_px(limbs)
+        light_mm = float(np.hypot(mm_per_px * u_light_px, unknown_mm))
         edge_mm = float(MEDIAN_FACTOR * by_window.std() / np.sqrt(len(by_window)))
         other_mm = float(np.linalg.norm([edge_mm, calibration_mm, self._u_shape_mm, light_mm]))
         correction_mm, u_mm = scale.assumed_law_mm(ends, diameter_mm, float(np.hypot(other_mm, model_mm)))
@@ -203,7 +204,7 @@ class ConveyorGauge:
         middle = 0.5 * (view.tangent(ends[0]) + view.tangent(ends[1]))
         rows = np.mean([end[:, 1] for end in ends], axis=0)
         # what is not known of the response moves both ends of the bar alike, and hides no change between them
-        along_mm = 2 * float(np.sqrt(u_mm**2 - (mm_per_px * self._u_unknown_response_px(limbs)) ** 2))
+        along_mm = 2 * float(np.sqrt(u_mm**2 - unknown_mm**2))
         doubts = Reason.ROUTES_DISAGREE if _change_along(rows, by_window) > along_mm else Reason.NONE
         if view.narrow_faces:
             doubts |= Reason.ROUTES_DISAGREE | Reason.BARRIER_HEIGHT
@@ -224,7 +225,7 @@ class ConveyorGauge:
         )
 
     def _uncompressed(self, ends: list[Array], limbs: tuple[_Limb, _Limb], coding: Coding) -> tuple[list[Array], float]:
-        """Ends of the bar moved back by what compression moved them, and the width's standard uncertainty by light."""
+        """Ends of the bar moved back by what compression moved them, and the width's standard uncertainty by what it and a given response leave."""
         plane = self._decoder.whole(coding)
         moved: list[Array] = []
         u_width_px = 0.0
@@ -235,7 +236,7 @@ class ConveyorGauge:
             response_px = half_level_doubts_px(self._response, limb.levels, limb.blur_px)
             u_width_px += float(np.linalg.norm([u_inwards_px, place_px, *response_px]))
             moved.append(end + np.array([outwards * inwards_px, 0.0]))
-        return moved, float(np.hypot(u_width_px, self._u_unknown_response_px(limbs)))
+        return moved, u_width_px
 
     def _u_unknown_response_px(self, limbs: tuple[_Limb, _Limb]) -> float:
         """Standard uncertainty of the width by a response that was not given: U reaches to what sRGB makes of it."""

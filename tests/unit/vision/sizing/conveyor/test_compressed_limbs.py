@@ -22,11 +22,7 @@ def test_a_limb_crosses_as_many_columns_whichever_way_it_leans(monkeypatch, slop
     limb = SimpleNamespace(
         levels=(np.full(9, 0.1), np.full(9, 0.9)), blur_px=1.0, line=(slope, 100.0), rows=np.arange(50, 151)
     )
-    gauge = SimpleNamespace(
-        _decoder=SimpleNamespace(whole=lambda _: None),
-        _response=ResponseCurve(1.0),
-        _u_unknown_response_px=lambda _: 0.0,
-    )
+    gauge = SimpleNamespace(_decoder=SimpleNamespace(whole=lambda _: None), _response=ResponseCurve(1.0))
     ends = [np.array([[100.0, 5.0]]), np.array([[200.0, 5.0]])]
     moved, u_width_px = ConveyorGauge._uncompressed(gauge, ends, (limb, limb), Coding())
     assert crossed == pytest.approx([100 * abs(slope)] * 2)
