@@ -225,7 +225,7 @@ class ConveyorGauge:
         )
 
     def _uncompressed(self, ends: list[Array], limbs: tuple[_Limb, _Limb], coding: Coding) -> tuple[list[Array], float]:
-        """Ends of the bar moved back by what compression moved them, and the width's standard uncertainty by what it and a given response leave."""
+        """Ends of the bar moved back by what compression moved them, and u of the width by it and a given response."""
         plane = self._decoder.whole(coding)
         moved: list[Array] = []
         u_width_px = 0.0
