@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from appliance.training.rendered_ends import RenderedLine
+from appliance.training.rendered_ends import Picture, RenderedLine
 from vision.ingot.classifiers.relief import relief
 from vision.ingot.classifiers.similarity import SIZE
 
@@ -21,21 +21,6 @@ LEAST_SPREAD = np.float32(1e-3)  # of relief, where an end is clipped all over
 
 _across = (np.arange(SIZE) - (SIZE - 1) / 2) / (SIZE / 2)
 _middle = np.hypot(_across[:, None], _across) < 0.8
-
-
-class SeenLine(NamedTuple):
-    """What the network is given of a line.
-
-    Attributes
-    ----------
-    references : ndarray of float16, shape (2, 64, 64, 3)
-    ends : ndarray of float16, shape (n, 64, 64, 3)
-    tops : ndarray of bool, shape (n,)
-    """
-
-    references: NDArray[np.float16]
-    ends: NDArray[np.float16]
-    tops: NDArray[np.bool_]
 
 
 class Batch(NamedTuple):
@@ -57,8 +42,8 @@ class Batch(NamedTuple):
     labels: Array
 
 
-def seen(line: RenderedLine, least_shown: float = 0.0) -> SeenLine:
-    """What the network is given of a line, in half as long numbers, for those of all lines are kept.
+def without_flat_tops(line: RenderedLine, least_shown: float) -> RenderedLine:
+    """The line without the tops that show no more relief than a flat bottom.
 
     Parameters
     ----------
@@ -66,9 +51,10 @@ def seen(line: RenderedLine, least_shown: float = 0.0) -> SeenLine:
     least_shown : float
         Standard deviation of a top's relief; tops that show less are left out.
     """
-    references, ends = (np.stack([relief(image) for image in images]) for images in (line.references, line.ends))
-    kept = np.array([not top or _shown(end) >= least_shown for end, top in zip(ends, line.tops, strict=True)])
-    return SeenLine(references.astype(np.float16), ends[kept].astype(np.float16), line.tops[kept])
+    kept = np.array(
+        [not top or _shown(relief(end)) >= least_shown for end, top in zip(line.ends, line.tops, strict=True)]
+    )
+    return line._replace(ends=line.ends[kept], tops=line.tops[kept])
 
 
 def _shown(planes: Array) -> float:
@@ -78,12 +64,12 @@ def _shown(planes: Array) -> float:
     return float(smooth[inside].std()) if inside.any() else 0.0
 
 
-def batch_of(lines: list[SeenLine], rng: Rng) -> Batch:
+def batch_of(lines: list[RenderedLine], rng: Rng) -> Batch:
     """Some ends of some lines and these lines' references, mirrored or not, turned over or not, each for itself.
 
     Parameters
     ----------
-    lines : list of SeenLine
+    lines : list of RenderedLine
     rng : numpy.random.Generator
     """
     numbers: list[int] = rng.integers(len(lines), size=LINES_A_BATCH).tolist()
@@ -91,13 +77,18 @@ def batch_of(lines: list[SeenLine], rng: Rng) -> Batch:
     picked = [rng.integers(len(line.ends), size=ENDS_A_LINE) for line in chosen]
     count = LINES_A_BATCH * ENDS_A_LINE
     tops = np.concatenate([line.tops[which] for line, which in zip(chosen, picked, strict=True)])
-    ends = np.concatenate([line.ends[which] for line, which in zip(chosen, picked, strict=True)]).astype(np.float32)
-    references = np.concatenate([line.references for line in chosen]).astype(np.float32)
+    ends = _reliefs([line.ends[which] for line, which in zip(chosen, picked, strict=True)])
+    references = _reliefs([line.references for line in chosen])
     planes = np.concatenate([layered(_turned(ends, rng), tops, rng), _turned(references, rng)])
     of = np.repeat(np.arange(LINES_A_BATCH), ENDS_A_LINE)
     strange = rng.random(count) < SHARE_OF_WRONG_REFERENCES
     of = np.where(strange, rng.integers(LINES_A_BATCH, size=count), of)
     return Batch(planes, count + 2 * of, count + 2 * of + 1, tops.astype(np.float32))
+
+
+def _reliefs(pictures: list[Picture]) -> Array:
+    """What the network is given of pictures, one after the other."""
+    return np.stack([relief(image) for image in np.concatenate(pictures)])
 
 
 def _turned(planes: Array, rng: Rng) -> Array:

@@ -15,7 +15,7 @@ from vision.ingot.classifiers.relief import CONVOLUTIONS, PLANES, STRIDE, Layers
 Array = NDArray[np.float32]
 Rng = np.random.Generator
 
-SIDES, CHANNELS, HIDDEN = (5, 3, 3, 3), (PLANES, 16, 32, 48, 64), 48
+SIDES, CHANNELS, HIDDEN = (5, 3, 3, 3), (PLANES, 24, 48, 64, 96), 64
 CERTAINTY = 0.999  # chosen, of labels: a face may be blurred beyond recognition; log odds end near 7.6
 
 

@@ -25,7 +25,7 @@ TEXT = (
     "frames of one simulated ingot (intraclass correlation, ingots of one kind)."
 )
 LINES = 100
-FIRST_SEED = 11000
+FIRST_SEED = 12000
 SIMULATED = ("mixed", "foreign", "cast")
 RECORDED = {"ingot_line": 4, "ingot_line_b": 8}
 EARLY_FRAMES = 10

@@ -9,8 +9,8 @@ from appliance.files.digest import file_sha256
 from appliance.simulation.ingots.cast_faces import cast_face
 from appliance.simulation.ingots.faces import LABELS
 from appliance.training import relief_batches
-from appliance.training.ingot_relief import SAMPLE, SEED, STAGES, described, main, train, trained, write
-from appliance.training.relief_batches import Batch, batch_of, layered, seen
+from appliance.training.ingot_relief import PLAN, RATE, SAMPLE, SEED, described, main, train, trained, write
+from appliance.training.relief_batches import Batch, batch_of, layered, without_flat_tops
 from appliance.training.relief_slopes import CERTAINTY, first_layers, loss_and_slopes
 from appliance.training.rendered_ends import RenderedLine, random_camera, rendered_end, rendered_line
 from vision.ingot.classifiers.classifier import Face
@@ -57,8 +57,8 @@ def test_tops_that_show_no_more_than_flat_bottoms_are_left_out():
     rng = np.random.default_rng(6)
     line = line_of_bars(rng)
     flat = line._replace(ends=np.where(line.tops[:, None, None], np.uint8(120), line.ends))
-    assert len(seen(flat).ends) == len(seen(line, 0.05).ends) == len(line.ends)
-    assert seen(flat, 0.05).tops.tolist() == [False] * 3
+    assert len(without_flat_tops(flat, 0.0).ends) == len(without_flat_tops(line, 0.05).ends) == len(line.ends)
+    assert without_flat_tops(flat, 0.05).tops.tolist() == [False] * 3
 
 
 def test_blemishes_of_a_bottom_are_laid_on_ends_and_never_stronger_than_a_tops_own_relief():
@@ -95,9 +95,9 @@ def small_batches(monkeypatch):
 @pytest.mark.usefixtures("small_batches")
 def test_it_learns_what_tops_of_its_lines_have_in_common():
     rng = np.random.default_rng(1)
-    lines = [seen(line_of_bars(rng)) for _ in range(20)]
+    lines = [line_of_bars(rng) for _ in range(20)]
     layers = first_layers(rng)
-    train(layers, lines, STAGES[0]._replace(steps=25), rng)
+    train(layers, lines, 25, rng)
     loss, _ = loss_and_slopes(layers, batch_of(lines, rng))
     assert loss < 0.3
 
@@ -106,7 +106,8 @@ def test_the_shipped_file_is_the_one_of_its_record_and_training_today_begins_as_
     record = json.loads(MODEL.with_suffix(".json").read_text(encoding="utf-8"))
     assert file_sha256(MODEL) == record["sha256"]
     assert MODEL.stat().st_size < 1_000_000
-    assert (record["seed"], record["stages"]) == (SEED, [described(stage) for stage in STAGES])
+    assert (record["seed"], record["steps"], record["rate"]) == (SEED, PLAN.steps, RATE)
+    assert record["line_sets"] == [described(one) for one in PLAN.line_sets]
     runs = [trained(SAMPLE) for _ in range(2)]
     assert runs[0].losses == pytest.approx(record["sample_losses"], rel=1e-3)
     for name, run in zip(("first.npz", "second.npz"), runs, strict=True):
