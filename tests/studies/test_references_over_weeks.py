@@ -7,7 +7,7 @@ import pytest
 from studies.__main__ import RESULTS
 from studies.references_over_weeks import LINES, WAYS
 
-WITHIN_PERCENT = 2.0  # of 200 pictures of a line: four
+WITHIN_PERCENT = 0.5  # of 200 pictures of a line: one
 LEAST_GAIN_PERCENT = 5.0
 
 
