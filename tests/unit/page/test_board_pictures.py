@@ -14,9 +14,9 @@ PYTHON = sys.executable  # which the tests replace
 # says what it was asked for and how it goes on, until it is stopped as by Ctrl-C
 PROGRAM = """
 import sys, time
-print("asked for", *sys.argv[3:], flush=True)
-print("0 of 15 poses; left: blurred, edges 6.1 px wide: focus, and hold the board still", flush=True)
 try:
+    print("asked for", *sys.argv[3:], flush=True)
+    print("0 of 15 poses; left: blurred, edges 6.1 px wide: focus, and hold the board still", flush=True)
     time.sleep(30)
 except KeyboardInterrupt:
     print("stopped", flush=True)
